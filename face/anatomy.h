@@ -1,0 +1,85 @@
+// The immutable description of one face: everything that does not change while it moves.
+//
+// `surface` is the mesh from which the lattice is built (its vertices are the epidermis nodes);
+// `skin` is the fine mesh that people see, embedded in it. The embedding acts on displacements,
+//
+//   x_skin = X_skin + sum_j w_j (x_j - X_j),      sum_j w_j = 1,
+//
+// so that the skin is exactly the authored one at rest.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "face/geometry.h"
+#include "face/jaw.h"
+#include "face/muscle.h"
+
+namespace zygoma {
+
+// Compressed rows: skin vertex v depends on surface vertices index[begin[v] .. begin[v + 1]).
+struct Embedding {
+  std::vector<int> begin;
+  std::vector<int> index;
+  std::vector<float> weight;
+};
+
+// 8-bit sRGB picture, row-major from the top.
+struct Texture {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> rgb;
+};
+
+struct Skin {
+  SurfaceMesh mesh;
+  std::vector<Eigen::Vector2f> uv;  // into `albedo`, [0, 1], v downwards
+  Embedding embedding;
+  Texture albedo;
+};
+
+enum class Bone : std::uint8_t { kSkull, kMandible };
+
+// Eyeballs, teeth, the dark of the mouth: move rigidly with a bone.
+struct RigidPart {
+  std::string name;
+  Bone bone = Bone::kSkull;
+  SurfaceMesh mesh;
+  std::vector<Eigen::Vector3f> albedo;  // linear RGB per vertex
+  float gloss = 0.0F;                   // [0, 1]
+};
+
+// A curve of the skin that a contour of the same name (tracker/feature_schema.h) observes; chain of
+// skin vertices in the order of the schema.
+struct NamedCurve {
+  std::string name;
+  std::vector<int> skin_vertices;
+};
+
+// Which flap of skin a surface vertex belongs to: a muscle of the upper lip must not drag the
+// lower.
+enum class Region : std::uint8_t { kFace, kUpperLip, kLowerLip, kUpperLid, kLowerLid };
+
+struct Anatomy {
+  SurfaceMesh surface;
+  std::vector<double> tissue_depth_mm;  // per surface vertex: skin to bone along the inward normal
+  std::vector<double> mandible_weight;  // per surface vertex: share of the jaw's motion of the bone
+                                        // below it, [0, 1]
+  std::vector<Region> region;           // per surface vertex
+  std::vector<Muscle> muscles;
+  Jaw jaw;
+  Skin skin;
+  std::vector<RigidPart> rigid_parts;
+  std::vector<NamedCurve> curves;
+
+  // Index of the muscle of that name, or -1.
+  int muscle_index(const std::string& name) const {
+    for (std::size_t i = 0; i < muscles.size(); ++i) {
+      if (muscles[i].name == name) return static_cast<int>(i);
+    }
+    return -1;
+  }
+};
+
+}  // namespace zygoma

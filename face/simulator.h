@@ -1,0 +1,60 @@
+// Drives the lattice face: contractions in, equilibrium of the tissue out (paper, section 4: the
+// muscle displacements are applied and the other nodes travel to a new equilibrium).
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "face/anatomy.h"
+#include "face/contractions.h"
+#include "face/state.h"
+
+namespace zygoma {
+
+// What drives the tissue: one contraction in [0, 1] per muscle of the anatomy, and the jaw opening.
+struct Controls {
+  std::vector<double> contraction;
+  double jaw_rad = 0.0;
+};
+
+struct SettleOptions {
+  double relative_residual = 1e-4;  // stop when the largest force is below this share of the load
+  int max_iterations = 60;
+};
+
+struct SettleReport {
+  bool converged = false;
+  int iterations = 0;
+  int factorisations = 0;
+  double residual = 0.0;      // largest nodal force left, over the largest at the start from rest
+  int inverted_elements = 0;  // elements with negative volume in the result
+  double mean_volume_change = 0.0;  // mean |V - V0| / V0
+};
+
+class Simulator {
+ public:
+  explicit Simulator(std::shared_ptr<const Anatomy> anatomy, const SettleOptions& options = {});
+  ~Simulator();
+  Simulator(Simulator&&) noexcept;
+  Simulator& operator=(Simulator&&) noexcept;
+
+  const Anatomy& anatomy() const;
+  FaceState rest() const;
+
+  // Moves `state` to the equilibrium under the controls, warm from where it is. Same bits for the
+  // same state and controls history.
+  SettleReport settle(const Controls& controls, FaceState& state);
+
+  // d(surface position)/d(control) at an equilibrium, one column per muscle and a last one for the
+  // jaw in mm per rad; rows 3 v + axis over the surface vertices. From the exact Hessian.
+  Eigen::MatrixXd surface_sensitivity(const Controls& controls, const FaceState& state);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// Positions of the visible skin in a state (Anatomy::skin, same order).
+void embed_skin(const Anatomy& anatomy, const FaceState& state, std::vector<Vec3>& skin_mm);
+
+}  // namespace zygoma

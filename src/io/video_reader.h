@@ -1,0 +1,49 @@
+// Decodes a video file with FFmpeg (through OpenCV), strictly in order.
+//
+// Time comes from the container: the stamp after each successful read. Stamps that do not increase
+// (H.264 files report 0 for their last pictures) continue with the last step and are counted as
+// repaired; raw streams without time fall back to index / rate. Frame count and rate of the
+// container are hints only. Rotation tags are applied.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tracker/frame.h"
+
+namespace zygoma {
+
+struct VideoInfo {
+  std::string path;
+  int width_px = 0;  // as delivered, rotation applied
+  int height_px = 0;
+  int about_num_frames = 0;         // the container's claim; 0 when it makes none that is credible
+  double average_frames_per_s = 0;  // the container's claim; 30 when it makes none that is credible
+  int rotation_deg = 0;
+  double pixel_aspect = 1.0;  // width of a pixel over its height
+};
+
+class VideoReader {
+ public:
+  // Throws InputError naming the file: missing, not a video, no picture in it.
+  explicit VideoReader(const std::string& path);
+  ~VideoReader();
+  VideoReader(VideoReader&&) noexcept;
+
+  const VideoInfo& info() const;
+
+  // False at the end, and when the rest cannot be decoded. `frame.image` is reused.
+  bool read(Frame& frame);
+
+  // Indices of frames whose time stamp had to be repaired.
+  const std::vector<int>& repaired_timestamps() const;
+  // True when reading ended clearly before the container's claim (a truncated file).
+  bool ended_early() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace zygoma
