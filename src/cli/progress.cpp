@@ -45,10 +45,9 @@ Progress::Style Progress::style_of_stderr() {
   return can_rewrite ? Style::kOneLine : Style::kPlainLines;
 }
 
-void Progress::begin(std::string stage, int about_total, std::string unit) {
+void Progress::begin(const std::string& stage, int about_total) {
   clear_line();
-  stage_ = std::move(stage);
-  unit_ = std::move(unit);
+  stage_ = stage;
   about_total_ = about_total;
   done_ = 0;
   begun_ = printed_ = Clock::now();
@@ -61,12 +60,12 @@ void Progress::update(int done) {
   if (seconds_since(printed_) < (rewrite ? kRewriteEvery_s : kPlainLineEvery_s)) return;
   printed_ = Clock::now();
 
-  std::string line = stage_ + ": " + unit_ + " " + std::to_string(done);
+  std::string line = stage_ + ": frame " + std::to_string(done);
   // A claim that has been overtaken was wrong; better no total than a wrong one.
   const bool total_is_credible = about_total_ > 0 && done <= about_total_;
   if (total_is_credible) line += " of about " + std::to_string(about_total_);
   const double units_per_s = done / seconds_since(begun_);
-  line += ", " + one_decimal(units_per_s) + " " + unit_ + "s/s";
+  line += ", " + one_decimal(units_per_s) + " frames/s";
   if (total_is_credible && units_per_s > 0) {
     line += ", about " + duration_text((about_total_ - done) / units_per_s) + " left";
   }
@@ -82,10 +81,10 @@ void Progress::end() {
   clear_line();
   if (style_ == Style::kSilent || stage_.empty()) return;
   const double seconds = seconds_since(begun_);
-  stream_ << stage_ << ": " << done_ << ' ' << unit_ << (done_ == 1 ? "" : "s") << " in "
+  stream_ << stage_ << ": " << done_ << (done_ == 1 ? " frame in " : " frames in ")
           << one_decimal(seconds) << " s";
   if (done_ > 0 && seconds > 0.05) {
-    stream_ << " (" << one_decimal(done_ / seconds) << ' ' << unit_ << "s/s)";
+    stream_ << " (" << one_decimal(done_ / seconds) << " frames/s)";
   }
   stream_ << '\n' << std::flush;
   stage_.clear();

@@ -7,26 +7,28 @@
 #include <iosfwd>
 #include <string>
 
+#include "src/pipeline/stage_observer.h"
+
 namespace zygoma {
 
-class Progress {
+class Progress : public StageObserver {
  public:
   enum class Style { kSilent, kPlainLines, kOneLine };
 
   Progress(std::ostream& stream, Style style) : stream_(stream), style_(style) {}
-  ~Progress();  // closes a line left open
+  ~Progress() override;  // closes a line left open
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
   // kOneLine if stderr is a terminal that can rewrite a line, else kPlainLines.
   static Style style_of_stderr();
 
-  // A new stage of `about_total` units (frames, as a rule); 0 when nobody knows.
-  void begin(std::string stage, int about_total = 0, std::string unit = "frame");
-  // `done` units are complete. Cheap: prints at most ten times (plain lines: once in 2) a second.
-  void update(int done);
-  // The stage is over: says how many units took how long.
-  void end();
+  // A new stage of `about_total` frames; 0 when nobody knows.
+  void begin(const std::string& stage, int about_total) override;
+  // `done` frames are complete. Cheap: prints at most ten times (plain lines: once in 2) a second.
+  void update(int done) override;
+  // The stage is over: says how many frames took how long.
+  void end() override;
 
   // One line of information in between, without disturbing the progress line.
   void note(const std::string& line);
@@ -40,7 +42,6 @@ class Progress {
   std::ostream& stream_;
   Style style_;
   std::string stage_;
-  std::string unit_;
   int about_total_ = 0;
   int done_ = 0;
   bool line_open_ = false;

@@ -141,7 +141,7 @@ AnimationReport animate_face(const ContractionTrack& track,
                              const std::optional<Performance>& performance,
                              const std::string& output,
                              const AnimateOptions& options,
-                             Progress& progress,
+                             StageObserver& observer,
                              const StopQuestion& stop) {
   require(!track.frames.empty(), output + ": nothing to animate, the track has no frame");
   const std::vector<Controls> controls = controls_for(track, *anatomy);
@@ -167,7 +167,7 @@ AnimationReport animate_face(const ContractionTrack& track,
   AnimationReport report;
   report.settle_figures.name = "settle";
   report.render_figures.name = "render";
-  progress.begin("animate", num_frames);
+  observer.begin("animate", num_frames);
   const Stopwatch watch;
   {
     FaceState state = face.rest();
@@ -203,7 +203,7 @@ AnimationReport animate_face(const ContractionTrack& track,
           std::max(report.most_inverted_elements, frame->report.inverted_elements);
       report.largest_volume_change =
           std::max(report.largest_volume_change, frame->report.mean_volume_change);
-      progress.frame_done();
+      observer.update(report.num_frames);
       if (stop && stop()) {
         report.stopped = true;
         break;
@@ -211,7 +211,7 @@ AnimationReport animate_face(const ContractionTrack& track,
     }
   }
   writer.finish();
-  progress.end();
+  observer.end();
   report.figures = {"animate", report.num_frames, watch.elapsed_ms()};
   report.settle_figures.num_frames = report.num_frames;
   report.render_figures.num_frames = report.num_frames;

@@ -11,8 +11,8 @@
 #include "face/simulator.h"
 #include "src/base/stop.h"
 #include "src/io/video_writer.h"
-#include "src/pipeline/progress.h"
 #include "src/pipeline/stage_figures.h"
+#include "src/pipeline/stage_observer.h"
 #include "src/render/renderer.h"
 #include "tracker/contour_set.h"
 
@@ -55,7 +55,7 @@ AnimationReport animate_face(const ContractionTrack& track,
                              const std::optional<Performance>& performance,
                              const std::string& output,
                              const AnimateOptions& options,
-                             Progress& progress,
+                             StageObserver& observer,
                              const StopQuestion& stop);
 
 }  // namespace zygoma

@@ -7,7 +7,7 @@ namespace zygoma {
 TrackedVideo track_video(const std::string& path,
                          const std::optional<ContourSet>& initial,
                          const TrackerOptions& options,
-                         Progress& progress,
+                         StageObserver& observer,
                          const StopQuestion& stop) {
   options.check();
   VideoReader reader(path);
@@ -16,7 +16,7 @@ TrackedVideo track_video(const std::string& path,
 
   TrackedVideo result;
   result.info = reader.info();
-  progress.begin("track", result.info.about_num_frames);
+  observer.begin("track", result.info.about_num_frames);
   const Stopwatch watch;
   {
     Producer<Frame> frames(4, [&reader]() -> std::optional<Frame> {
@@ -27,14 +27,14 @@ TrackedVideo track_video(const std::string& path,
     while (const std::optional<Frame> frame = frames.next()) {
       result.contours.push_back(tracker.track(*frame));
       if (tracker.report().face_found) ++result.frames_with_face;
-      progress.frame_done();
+      observer.update(static_cast<int>(result.contours.size()));
       if (stop && stop()) {
         result.stopped = true;
         break;
       }
     }
   }
-  progress.end();
+  observer.end();
   result.figures = {"track", static_cast<int>(result.contours.size()), watch.elapsed_ms()};
   result.repaired_timestamps = reader.repaired_timestamps();
   result.ended_early = !result.stopped && reader.ended_early();

@@ -7,8 +7,8 @@
 
 #include "src/base/stop.h"
 #include "src/io/video_reader.h"
-#include "src/pipeline/progress.h"
 #include "src/pipeline/stage_figures.h"
+#include "src/pipeline/stage_observer.h"
 #include "tracker/tracker.h"
 
 namespace zygoma {
@@ -17,7 +17,8 @@ struct TrackedVideo {
   VideoInfo info;
   std::vector<ContourSet> contours;  // one per decoded frame
   std::vector<int> repaired_timestamps;
-  bool ended_early = false;  // the file holds fewer pictures than it claims
+  bool time_from_container = true;  // false: the file has no time stamps
+  bool ended_early = false;         // the file holds fewer pictures than it claims
   bool stopped = false;
   int frames_with_face = 0;
   StageFigures figures;
@@ -27,7 +28,7 @@ struct TrackedVideo {
 TrackedVideo track_video(const std::string& path,
                          const std::optional<ContourSet>& initial,
                          const TrackerOptions& options,
-                         Progress& progress,
+                         StageObserver& observer,
                          const StopQuestion& stop);
 
 }  // namespace zygoma

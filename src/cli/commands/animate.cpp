@@ -1,0 +1,65 @@
+// zygoma animate: contractions.csv in, a video of the physical face out.
+#include <ostream>
+
+#include "src/base/check.h"
+#include "src/cli/command.h"
+#include "src/cli/face_options.h"
+#include "src/cli/session_parts.h"
+#include "src/io/contours_file.h"
+#include "src/io/contractions_file.h"
+
+namespace zygoma {
+namespace {
+
+class AnimateCommand : public Command {
+ public:
+  std::string name() const override { return "animate"; }
+  std::string help() const override {
+    return "move the physical face by contractions and film it: an MP4";
+  }
+  void declare(OptionSink& options) override {
+    options.positional("CONTRACTIONS", contractions_path_, "contractions.csv of any command");
+    options.text("-o,--output", output_, "FILE", "the video to write");
+    options.text("--video", video_path_, "FILE", "the performer's video, shown beside the face");
+    options.text("--contours", contours_path_, "FILE", "contours.csv to draw into that video");
+    face_.declare(options);
+    animation_.declare(options);
+  }
+  int run(RunContext& context) override {
+    require(contours_path_.empty() || !video_path_.empty(),
+            "--contours: needs --video, the pictures they are drawn into");
+    const ContractionTrack track = read_contractions_csv(contractions_path_);
+    std::optional<Performance> performance;
+    if (!video_path_.empty()) {
+      performance.emplace();
+      performance->video_path = video_path_;
+      if (!contours_path_.empty()) performance->contours = read_contours_csv(contours_path_);
+    }
+    AssembledFace face = face_.assemble();
+    const AnimationReport report = animate_face(track,
+                                                face.simulator,
+                                                face.anatomy,
+                                                performance,
+                                                output_,
+                                                animation_.animate_options(),
+                                                context.progress,
+                                                context.stop);
+    for (const std::string& remark : remarks(report)) context.progress.note(remark);
+    context.out << report.num_frames << " frames animated: " << output_ << '\n';
+    return 0;
+  }
+
+ private:
+  std::string contractions_path_;
+  std::string output_ = "animation.mp4";
+  std::string video_path_;
+  std::string contours_path_;
+  FaceOptions face_;
+  AnimationOptions animation_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> make_animate_command() { return std::make_unique<AnimateCommand>(); }
+
+}  // namespace zygoma

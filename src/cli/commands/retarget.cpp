@@ -1,0 +1,59 @@
+// zygoma retarget: contours.csv in, contractions.csv out.
+#include <ostream>
+
+#include "src/cli/command.h"
+#include "src/cli/face_options.h"
+#include "src/cli/retarget_options.h"
+#include "src/cli/session_parts.h"
+#include "src/io/contours_file.h"
+#include "src/io/contractions_file.h"
+#include "src/io/output_folder.h"
+
+namespace zygoma {
+namespace {
+
+class RetargetCommand : public Command {
+ public:
+  std::string name() const override { return "retarget"; }
+  std::string help() const override {
+    return "turn contours into muscle contractions: contractions.csv, session.json";
+  }
+  void declare(OptionSink& options) override {
+    options.positional("CONTOURS", contours_path_, "contours.csv of `zygoma track`");
+    options.text("-o,--output", folder_, "FOLDER", "where the results go; made if missing");
+    retargeting_.declare(options);
+    face_.declare(options);
+  }
+  int run(RunContext& context) override {
+    const OutputFolder folder(folder_);
+    const std::vector<ContourSet> contours = read_contours_csv(contours_path_);
+    AssembledFace face = face_.assemble();
+    const Retargeted result = retargeting_.retarget(contours, face.simulator, context);
+    write_contractions_csv(folder.file("contractions.csv"), result.track);
+
+    Session session = begin_session(name(), context);
+    session.source.file = contours_path_;
+    session.source.num_frames = static_cast<int>(contours.size());
+    session.muscles = result.track.muscles;
+    session.neutral_frame = result.report.neutral_frame;
+    session.stopped_early = result.track.frames.size() < contours.size();
+    session.stages.push_back(stage_of(result.report, result.figures));
+    write_session(folder.file("session.json"), session);
+    for (const std::string& remark : remarks(result.report)) context.progress.note(remark);
+    context.out << result.track.frames.size()
+                << " frames estimated: " << folder.file("contractions.csv") << '\n';
+    return 0;
+  }
+
+ private:
+  std::string contours_path_;
+  std::string folder_ = "zygoma-out";
+  RetargetingOptions retargeting_;
+  FaceOptions face_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> make_retarget_command() { return std::make_unique<RetargetCommand>(); }
+
+}  // namespace zygoma

@@ -1,0 +1,142 @@
+// zygoma run: a video in, its reconstruction by muscles out. track, retarget and animate in one.
+#include <cstdio>
+#include <ostream>
+
+#include "src/cli/command.h"
+#include "src/cli/face_options.h"
+#include "src/cli/retarget_options.h"
+#include "src/cli/session_parts.h"
+#include "src/cli/tracking_options.h"
+#include "src/io/contours_file.h"
+#include "src/io/contractions_file.h"
+#include "src/io/output_folder.h"
+#include "src/pipeline/comparison.h"
+
+namespace zygoma {
+namespace {
+
+class RunCommand : public Command {
+ public:
+  std::string name() const override { return "run"; }
+  std::string help() const override {
+    return "video in, reconstructed animation out: contours, contractions, face";
+  }
+  void declare(OptionSink& options) override {
+    options.positional("VIDEO", video_path_, "any file FFmpeg reads, with a frontal face");
+    options.text("-o,--output", folder_, "FOLDER", "where the results go; made if missing");
+    tracking_.declare(options);
+    retargeting_.declare(options);
+    face_.declare(options);
+    animation_.declare(options);
+    options.text("--truth", truth_path_, "FILE", "known contractions (CSV) to compare with");
+    options.text(
+        "--truth-contours", truth_contours_path_, "FILE", "known contours (CSV) to compare with");
+  }
+
+  int run(RunContext& context) override {
+    const Stopwatch watch;
+    const OutputFolder folder(folder_);
+    read_truth();
+    Session session = begin_session(name(), context);
+
+    const TrackedVideo tracked = tracking_.track(video_path_, context);
+    write_contours_csv(folder.file("contours.csv"), tracked.contours);
+    session.source = source_of(tracked);
+    session.stages.push_back(stage_of(tracked));
+    std::vector<std::string> notes = remarks(tracked);
+
+    if (!tracked.stopped) {
+      AssembledFace face = face_.assemble();
+      const Retargeted retargeted =
+          retargeting_.retarget(tracked.contours, face.simulator, context);
+      write_contractions_csv(folder.file("contractions.csv"), retargeted.track);
+      session.muscles = retargeted.track.muscles;
+      session.neutral_frame = retargeted.report.neutral_frame;
+      session.stages.push_back(stage_of(retargeted.report, retargeted.figures));
+      append(notes, remarks(retargeted.report));
+
+      const AnimationReport animation = animate_face(retargeted.track,
+                                                     face.simulator,
+                                                     face.anatomy,
+                                                     Performance{video_path_, tracked.contours},
+                                                     folder.file("reconstruction.mp4"),
+                                                     animation_.animate_options(),
+                                                     context.progress,
+                                                     context.stop);
+      session.stages.push_back(stage_of(animation));
+      append(notes, remarks(animation));
+      print_comparison(retargeted.track, tracked.contours, context.out);
+    }
+    session.stopped_early = context.stop();
+    session.stages.push_back(
+        stage_of(StageFigures{"whole run", session.source.num_frames, watch.elapsed_ms()}));
+    write_session(folder.file("session.json"), session);
+    for (const std::string& note : notes) context.progress.note(note);
+    print_figures(session, tracked, context.out);
+    return 0;
+  }
+
+ private:
+  void read_truth() {
+    if (!truth_path_.empty()) truth_ = read_contractions_csv(truth_path_);
+    if (!truth_contours_path_.empty()) truth_contours_ = read_contours_csv(truth_contours_path_);
+  }
+
+  static void append(std::vector<std::string>& notes, const std::vector<std::string>& more) {
+    notes.insert(notes.end(), more.begin(), more.end());
+  }
+
+  void print_comparison(const ContractionTrack& track,
+                        const std::vector<ContourSet>& contours,
+                        std::ostream& out) const {
+    if (!truth_contours_.empty()) {
+      out << "Contours against the truth:\n"
+          << contour_table(compare_contours(contours, truth_contours_));
+    }
+    if (!truth_.frames.empty()) {
+      out << "Contractions against the truth (0 to 1):\n"
+          << contraction_table(compare_contractions(track, truth_));
+    }
+  }
+
+  void print_figures(const Session& session, const TrackedVideo& tracked, std::ostream& out) const {
+    for (const SessionStage& stage : session.stages) {
+      char line[120];
+      std::snprintf(line,
+                    sizeof line,
+                    "%-10s %8.2f s  %7.2f ms per frame\n",
+                    stage.name.c_str(),
+                    stage.ms_total * 1e-3,
+                    stage.ms_per_frame);
+      out << line;
+    }
+    if (tracked.contours.size() > 1) {
+      const double clip_s = tracked.contours.back().time_s - tracked.contours.front().time_s;
+      char line[120];
+      std::snprintf(line,
+                    sizeof line,
+                    "the clip lasts %.2f s: %.2f times real time\n",
+                    clip_s,
+                    clip_s / (session.stages.back().ms_total * 1e-3));
+      out << line;
+    }
+    out << "results: " << folder_ << '\n';
+  }
+
+  std::string video_path_;
+  std::string folder_ = "zygoma-out";
+  std::string truth_path_;
+  std::string truth_contours_path_;
+  ContractionTrack truth_;
+  std::vector<ContourSet> truth_contours_;
+  TrackingOptions tracking_;
+  RetargetingOptions retargeting_;
+  FaceOptions face_;
+  AnimationOptions animation_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> make_run_command() { return std::make_unique<RunCommand>(); }
+
+}  // namespace zygoma

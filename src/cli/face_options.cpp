@@ -1,0 +1,46 @@
+#include "src/cli/face_options.h"
+
+namespace zygoma {
+
+void FaceOptions::declare(OptionSink& options) {
+  options.integer("--surface-vertices",
+                  head_.num_surface_vertices,
+                  {300, 4000},
+                  "nodes of the lattice face per layer, met approximately: more follow finer "
+                  "folds and cost more time");
+}
+
+AssembledFace FaceOptions::assemble() const {
+  auto anatomy = std::make_shared<const Anatomy>(make_generic_head({}, head_));
+  return {anatomy, Simulator(anatomy)};
+}
+
+void AnimationOptions::declare(OptionSink& options) {
+  options.integer("--height",
+                  panel_height_px_,
+                  {0, 2160},
+                  "height of the picture in pixels; 0: that of the video, at most 720");
+  options.flag("--no-bars", no_bars_, "leave out the panel with one bar per muscle");
+  options.integer("--samples",
+                  samples_per_pixel_,
+                  {1, 16},
+                  "rays per pixel where an edge runs through it; 1: no smoothing of edges");
+  options.choice("--encoding",
+                 encoding_.preset,
+                 {"ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow"},
+                 "effort of the H.264 encoder: slower makes smaller files");
+  options.integer("--threads", num_threads_, {1, 64}, "threads that render and encode");
+}
+
+AnimateOptions AnimationOptions::animate_options() const {
+  AnimateOptions options;
+  options.panel_height_px = panel_height_px_;
+  options.bars = !no_bars_;
+  options.render.samples_per_pixel = samples_per_pixel_;
+  options.render.num_threads = num_threads_;
+  options.encoding = encoding_;
+  options.encoding.num_threads = num_threads_;
+  return options;
+}
+
+}  // namespace zygoma

@@ -1,0 +1,43 @@
+// Options of the commands that assemble a face.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "face/generic_head.h"
+#include "face/simulator.h"
+#include "src/cli/command.h"
+#include "src/pipeline/animate_face.h"
+
+namespace zygoma {
+
+// A face ready to move; the simulator refers to the anatomy.
+struct AssembledFace {
+  std::shared_ptr<const Anatomy> anatomy;
+  Simulator simulator;
+};
+
+class FaceOptions {
+ public:
+  void declare(OptionSink& options);
+  AssembledFace assemble() const;
+
+ private:
+  HeadOptions head_;
+};
+
+class AnimationOptions {
+ public:
+  void declare(OptionSink& options);
+  AnimateOptions animate_options() const;
+
+ private:
+  int panel_height_px_ = 0;
+  bool no_bars_ = false;
+  int samples_per_pixel_ = RenderOptions{}.samples_per_pixel;
+  VideoWriterOptions encoding_;
+  int num_threads_ = 2;
+};
+
+}  // namespace zygoma

@@ -1,0 +1,33 @@
+#include "src/cli/retarget_options.h"
+
+#include <limits>
+
+namespace zygoma {
+
+void RetargetingOptions::declare(OptionSink& options) {
+  options.integer("--neutral",
+                  neutral_frame_,
+                  {-1, std::numeric_limits<int>::max()},
+                  "frame that shows the face at rest; -1: the stillest stretch of the clip");
+  options.flag("--closed-form",
+               closed_form_,
+               "the estimates of 1992 alone, without refinement against the face model");
+}
+
+Retargeted RetargetingOptions::retarget(const std::vector<ContourSet>& contours,
+                                        Simulator& face,
+                                        RunContext& context) const {
+  RetargetOptions options;
+  options.neutral_frame = neutral_frame_;
+  options.refine = !closed_form_;
+  Retargeted result;
+  context.progress.begin("retarget", static_cast<int>(contours.size()));
+  const Stopwatch watch;
+  result.track = zygoma::retarget(contours, face, options, result.report, context.stop);
+  context.progress.update(static_cast<int>(result.track.frames.size()));
+  context.progress.end();
+  result.figures = {"retarget", static_cast<int>(result.track.frames.size()), watch.elapsed_ms()};
+  return result;
+}
+
+}  // namespace zygoma
