@@ -38,6 +38,8 @@ class VideoReader {
 
   // Indices of frames whose time stamp had to be repaired.
   const std::vector<int>& repaired_timestamps() const;
+  // False for a raw stream: all stamps are index / rate, and the rate is a guess.
+  bool has_time_stamps() const;
   // True when reading ended clearly before the container's claim (a truncated file).
   bool ended_early() const;
 
