@@ -37,6 +37,7 @@ TrackedVideo track_video(const std::string& path,
   observer.end();
   result.figures = {"track", static_cast<int>(result.contours.size()), watch.elapsed_ms()};
   result.repaired_timestamps = reader.repaired_timestamps();
+  result.time_from_container = reader.has_time_stamps();
   result.ended_early = !result.stopped && reader.ended_early();
   return result;
 }

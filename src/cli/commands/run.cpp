@@ -35,12 +35,12 @@ class RunCommand : public Command {
 
   int run(RunContext& context) override {
     const Stopwatch watch;
-    const OutputFolder folder(folder_);
+    prepare_output_folder(folder_);
     read_truth();
     Session session = begin_session(name(), context);
 
     const TrackedVideo tracked = tracking_.track(video_path_, context);
-    write_contours_csv(folder.file("contours.csv"), tracked.contours);
+    write_contours_csv(folder_ + "/contours.csv", tracked.contours);
     session.source = source_of(tracked);
     session.stages.push_back(stage_of(tracked));
     std::vector<std::string> notes = remarks(tracked);
@@ -49,7 +49,7 @@ class RunCommand : public Command {
       AssembledFace face = face_.assemble();
       const Retargeted retargeted =
           retargeting_.retarget(tracked.contours, face.simulator, context);
-      write_contractions_csv(folder.file("contractions.csv"), retargeted.track);
+      write_contractions_csv(folder_ + "/contractions.csv", retargeted.track);
       session.muscles = retargeted.track.muscles;
       session.neutral_frame = retargeted.report.neutral_frame;
       session.stages.push_back(stage_of(retargeted.report, retargeted.figures));
@@ -59,7 +59,7 @@ class RunCommand : public Command {
                                                      face.simulator,
                                                      face.anatomy,
                                                      Performance{video_path_, tracked.contours},
-                                                     folder.file("reconstruction.mp4"),
+                                                     folder_ + "/reconstruction.mp4",
                                                      animation_.animate_options(),
                                                      context.progress,
                                                      context.stop);
@@ -70,7 +70,7 @@ class RunCommand : public Command {
     session.stopped_early = context.stop();
     session.stages.push_back(
         stage_of(StageFigures{"whole run", session.source.num_frames, watch.elapsed_ms()}));
-    write_session(folder.file("session.json"), session);
+    write_session(folder_ + "/session.json", session);
     for (const std::string& note : notes) context.progress.note(note);
     print_figures(session, tracked, context.out);
     return 0;

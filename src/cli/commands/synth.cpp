@@ -44,12 +44,12 @@ class SynthCommand : public Command {
                     "H.264 quality: 18 looks perfect, every 6 more halve the file");
   }
   int run(RunContext& context) override {
-    const OutputFolder folder(folder_);
+    prepare_output_folder(folder_);
     performer_.seed = static_cast<std::uint32_t>(seed_);
     performer_.check();
     encoding_.preset = "slow";
     Performer performer(performer_);
-    VideoWriter writer(folder.file(name_ + ".mp4"),
+    VideoWriter writer(folder_ + "/" + name_ + ".mp4",
                        performer_.width_px,
                        performer_.height_px,
                        performer_.frames_per_s,
@@ -70,9 +70,9 @@ class SynthCommand : public Command {
     }
     writer.finish();
     context.progress.end();
-    write_contractions_csv(folder.file(name_ + ".contractions.csv"), truth);
-    write_contours_csv(folder.file(name_ + ".contours.csv"), true_contours);
-    context.out << truth.frames.size() << " frames: " << folder.file(name_ + ".mp4") << '\n';
+    write_contractions_csv(folder_ + "/" + name_ + ".contractions.csv", truth);
+    write_contours_csv(folder_ + "/" + name_ + ".contours.csv", true_contours);
+    context.out << truth.frames.size() << " frames: " << folder_ + "/" + name_ + ".mp4" << '\n';
     return 0;
   }
 

@@ -24,9 +24,9 @@ class TrackCommand : public Command {
     tracking_.declare(options);
   }
   int run(RunContext& context) override {
-    const OutputFolder folder(folder_);
+    prepare_output_folder(folder_);
     const TrackedVideo tracked = tracking_.track(video_path_, context);
-    write_contours_csv(folder.file("contours.csv"), tracked.contours);
+    write_contours_csv(folder_ + "/contours.csv", tracked.contours);
 
     Session session = begin_session(name(), context);
     session.source = source_of(tracked);
@@ -35,13 +35,13 @@ class TrackCommand : public Command {
     if (!no_overlay_ && !tracked.stopped) {
       session.stages.push_back(stage_of(write_overlay_video(video_path_,
                                                             tracked.contours,
-                                                            folder.file("overlay.mp4"),
+                                                            folder_ + "/overlay.mp4",
                                                             context.progress,
                                                             context.stop)));
     }
-    write_session(folder.file("session.json"), session);
+    write_session(folder_ + "/session.json", session);
     for (const std::string& remark : remarks(tracked)) context.progress.note(remark);
-    context.out << tracked.contours.size() << " frames tracked: " << folder.file("contours.csv")
+    context.out << tracked.contours.size() << " frames tracked: " << folder_ + "/contours.csv"
                 << '\n';
     return 0;
   }
