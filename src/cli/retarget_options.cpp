@@ -23,7 +23,13 @@ Retargeted RetargetingOptions::retarget(const std::vector<ContourSet>& contours,
   Retargeted result;
   context.progress.begin("retarget", static_cast<int>(contours.size()));
   const Stopwatch watch;
-  result.track = zygoma::retarget(contours, face, options, result.report, context.stop);
+  // The stage asks once per frame whether to stop, which is also the moment to say how far it is.
+  int num_asked = 0;
+  const StopQuestion stop = [&] {
+    context.progress.update(num_asked++);
+    return context.stop();
+  };
+  result.track = zygoma::retarget(contours, face, options, result.report, stop);
   context.progress.update(static_cast<int>(result.track.frames.size()));
   context.progress.end();
   result.figures = {"retarget", static_cast<int>(result.track.frames.size()), watch.elapsed_ms()};
