@@ -16,7 +16,10 @@ constexpr const char* kKind =
 
 // "FILE: contours.brow_left[3]: VALUE, expected WHAT"
 [[noreturn]] void complain(const std::string& where, const json& value, const char* expected) {
-  const std::string text = value.dump(-1, ' ', true, json::error_handler_t::replace);
+  // Lists are not repeated: they can be long, and deep enough to be a trap.
+  const std::string text = value.is_structured()
+                               ? "a list of " + std::to_string(value.size())
+                               : value.dump(-1, ' ', true, json::error_handler_t::replace);
   throw InputError(where + ": " + quote_value(text) + ", expected " + expected);
 }
 
@@ -62,6 +65,8 @@ json parse(const std::string& path) {
   } catch (const json::parse_error& error) {
     throw InputError(path + ": not valid JSON at byte " + std::to_string(error.byte) +
                      ", expected " + kKind);
+  } catch (const json::exception&) {
+    throw InputError(path + ": holds a number that is too large, expected " + kKind);
   }
 }
 

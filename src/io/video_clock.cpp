@@ -15,8 +15,8 @@ double VideoClock::next(double stamp_s) {
     has_time_ = true;
     last_step_s_ = time_s - last_time_s_;
   } else {
-    // Without any stamp so far, multiples of the step rather than sums of it: no drift.
-    time_s = has_time_ ? last_time_s_ + last_step_s_ : index * average_step_s_;
+    // Without any stamp so far, index / rate rather than sums of steps: no drift.
+    time_s = has_time_ ? last_time_s_ + last_step_s_ : index / average_frames_per_s_;
     repaired_.push_back(index);
   }
   return last_time_s_ = time_s;

@@ -8,7 +8,7 @@ namespace zygoma {
 
 class VideoClock {
  public:
-  explicit VideoClock(double average_frames_per_s) : average_step_s_(1.0 / average_frames_per_s) {}
+  explicit VideoClock(double average_frames_per_s) : average_frames_per_s_(average_frames_per_s) {}
 
   // The time of the next picture, whose container stamp is given.
   double next(double stamp_s);
@@ -19,7 +19,7 @@ class VideoClock {
   bool has_time() const { return num_pictures_ < 2 || has_time_; }
 
  private:
-  double average_step_s_;
+  double average_frames_per_s_;
   double first_stamp_s_ = 0.0;
   double last_time_s_ = 0.0;
   double last_step_s_ = 0.0;

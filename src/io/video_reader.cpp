@@ -9,6 +9,7 @@
 
 #include "src/base/check.h"
 #include "src/io/quiet.h"
+#include "src/io/rotation_tag.h"
 #include "src/io/video_clock.h"
 
 namespace zygoma {
@@ -43,7 +44,10 @@ double credible_rate(double claim) {
   return credible ? claim : kFallbackFramesPerSecond;
 }
 
-VideoInfo info_of(const cv::VideoCapture& capture, const std::string& path, cv::Size shown) {
+VideoInfo info_of(const cv::VideoCapture& capture,
+                  const std::string& path,
+                  int rotation_deg,
+                  cv::Size shown) {
   VideoInfo info;
   info.path = path;
   info.width_px = shown.width;
@@ -51,8 +55,7 @@ VideoInfo info_of(const cv::VideoCapture& capture, const std::string& path, cv::
   const double count = capture.get(cv::CAP_PROP_FRAME_COUNT);
   if (count > 0 && count < kLargestCredibleCount) info.about_num_frames = static_cast<int>(count);
   info.average_frames_per_s = credible_rate(capture.get(cv::CAP_PROP_FPS));
-  info.rotation_deg =
-      (static_cast<int>(capture.get(cv::CAP_PROP_ORIENTATION_META)) % 360 + 360) % 360;
+  info.rotation_deg = rotation_deg;
   const double sar_num = capture.get(cv::CAP_PROP_SAR_NUM);
   const double sar_den = capture.get(cv::CAP_PROP_SAR_DEN);
   if (sar_num > 0 && sar_den > 0) {
@@ -69,9 +72,24 @@ struct VideoReader::Impl {
   VideoInfo info;
   VideoClock clock{kFallbackFramesPerSecond};
   cv::Mat first_picture;  // decoded by the constructor, delivered by the first read()
+  cv::Mat as_stored;      // before it is turned
   double first_stamp_s = 0.0;
+  int rotation_deg = 0;
   int num_read = 0;
   bool at_end = false;
+
+  bool decode(cv::Mat& image) {
+    if (rotation_deg % 180 == 0) {
+      if (!capture.read(image) || image.empty()) return false;
+      if (rotation_deg == 180) cv::flip(image, image, -1);
+      return true;
+    }
+    if (!capture.read(as_stored) || as_stored.empty()) return false;
+    const bool clockwise = rotation_deg == 90;
+    cv::rotate(
+        as_stored, image, clockwise ? cv::ROTATE_90_CLOCKWISE : cv::ROTATE_90_COUNTERCLOCKWISE);
+    return true;
+  }
 
   double stamp_s() const { return capture.get(cv::CAP_PROP_POS_MSEC) / 1000.0; }
 
@@ -82,7 +100,7 @@ struct VideoReader::Impl {
       stamp = first_stamp_s;
       return true;
     }
-    if (!capture.read(image) || image.empty()) return false;
+    if (!decode(image)) return false;
     stamp = stamp_s();
     const cv::Size size(info.width_px, info.height_px);
     // A stream may change its size on the way; what follows counts on one size.
@@ -100,11 +118,13 @@ VideoReader::VideoReader(const std::string& path) : impl_(std::make_unique<Impl>
   require(opened,
           path + ": cannot be read as a video (another kind of file, or cut off before its index)" +
               kExpected);
-  const bool has_picture =
-      impl_->capture.read(impl_->first_picture) && !impl_->first_picture.empty();
+  impl_->capture.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
+  // A pipe cannot be opened twice, and has no tag in practice.
+  if (!std::filesystem::is_fifo(absolute)) impl_->rotation_deg = rotation_tag_deg(absolute);
+  const bool has_picture = impl_->decode(impl_->first_picture);
   require(has_picture, path + ": no picture in it can be decoded" + kExpected);
   impl_->first_stamp_s = impl_->stamp_s();
-  impl_->info = info_of(impl_->capture, path, impl_->first_picture.size());
+  impl_->info = info_of(impl_->capture, path, impl_->rotation_deg, impl_->first_picture.size());
   impl_->clock = VideoClock(impl_->info.average_frames_per_s);
 }
 
