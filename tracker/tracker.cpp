@@ -102,6 +102,9 @@ struct Tracker::Impl {
   int coasted = 0;
   FaceChart last;
   ContourNodes contours;
+  LipMap lips;
+  Mouth mouth;
+  Mouth rest;  // where it started
   std::array<double, kNumFeatures> confidence{};
   std::array<double, kNumFeatures> usual_evidence{};
   FaceChart head_anchor;
@@ -129,8 +132,9 @@ void Tracker::Impl::start(const Frame& frame) {
 }
 
 void Tracker::Impl::restart_from(const FaceChart& chart) {
-  const Evidence evidence = make_evidence(chart);
-  contours = place_contours(chart, evidence);
+  contours = place_contours(chart, lips, mouth);
+  rest = mouth;
+  const Evidence evidence = make_evidence(chart, lips);
   for (size_t f = 0; f < kNumFeatures; ++f) {
     usual_evidence[f] =
         std::max(0.05, evidence_under(evidence, static_cast<FeatureIndex>(f), contours[f]));
@@ -217,7 +221,17 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
   }
 
   // Relax.
-  const Evidence evidence = make_evidence(chart);
+  EvidenceOptions places;
+  places.nose_base_px = contours[kNoseTip][contours[kNoseTip].size() / 2].y();
+  places.mouth_line_px = 0.5 * (target[kUpperLip].front().y() + target[kUpperLip].back().y());
+  const Evidence evidence = make_evidence(chart, lips, places);
+  mouth = follow_mouth(evidence, mouth, rest);
+  for (const FeatureIndex f : {kUpperLip, kLowerLip}) {
+    const std::vector<Point2> model = lip_nodes(mouth, f == kUpperLip);
+    for (size_t i = 0; i < model.size(); ++i) {
+      target[f][i] += options.model_share * (model[i] - target[f][i]);
+    }
+  }
   for (size_t f = 0; f < kNumFeatures; ++f) {
     std::vector<SoftAnchor> anchors(contours[f].size());
     for (size_t i = 0; i < anchors.size(); ++i) {
