@@ -5,7 +5,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <string>
 #include <utility>
 #include <vector>
@@ -116,52 +115,78 @@ struct Scene {
   }
 };
 
-class NodeCost final : public ceres::CostFunction {
+// Cauchy's loss as a residual: the vector r shrunk to the length sqrt(rho(r.r)), so that its square
+// is the loss exactly, and its derivative.
+void shrink_outlier(double width, Eigen::Vector2d& r, Eigen::Matrix<double, 2, Eigen::Dynamic>* j) {
+  const double square = width * width;
+  const double s = r.squaredNorm();
+  const double ratio = s / square;
+  // g = sqrt(rho / s), rho = square log(1 + ratio); its series near zero.
+  const bool tiny = ratio < 1e-6;
+  const double g = tiny ? 1.0 - 0.25 * ratio : std::sqrt(std::log1p(ratio) / ratio);
+  if (j != nullptr) {
+    const double slope = tiny ? -0.25 / square : 0.5 * (1.0 / (1.0 + ratio) - g * g) / (g * s);
+    const Eigen::Matrix2d turn = g * Eigen::Matrix2d::Identity() + 2.0 * slope * r * r.transpose();
+    *j = (turn * *j).eval();
+  }
+  r *= g;
+}
+
+// All residuals of a frame in one block; only the free ones of the parameters are Ceres' business.
+class FrameCost final : public ceres::CostFunction {
  public:
-  NodeCost(const Scene& scene, int node) : scene_(scene), node_(node) {
-    set_num_residuals(2);
-    mutable_parameter_block_sizes()->push_back(scene.num_parameters());
+  FrameCost(const Scene& scene, const std::vector<double>& x, const std::vector<int>& free)
+      : scene_(scene), x_(x), free_(free) {
+    set_num_residuals(2 * kNumNodes + scene.num_priors());
+    mutable_parameter_block_sizes()->push_back(static_cast<int>(free.size()));
   }
 
-  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
-    const Eigen::Matrix2d whitening = scene_.whitening(node_);
-    Eigen::Map<Eigen::Vector2d> r(residuals);
-    if (jacobians == nullptr || jacobians[0] == nullptr) {
-      r = whitening * scene_.misfit(node_, x[0], nullptr);
-      return true;
+  bool Evaluate(double const* const* values, double* residuals, double** jacobians) const override {
+    std::vector<double> x = x_;
+    for (std::size_t i = 0; i < free_.size(); ++i) {
+      x[static_cast<std::size_t>(free_[i])] = values[0][i];
     }
-    Eigen::Matrix<double, 2, Eigen::Dynamic> slope(2, scene_.num_parameters());
-    r = whitening * scene_.misfit(node_, x[0], &slope);
-    Eigen::Map<Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>>(
-        jacobians[0], 2, scene_.num_parameters()) = whitening * slope;
-    return true;
-  }
-
- private:
-  const Scene& scene_;
-  int node_;
-};
-
-class PriorCost final : public ceres::CostFunction {
- public:
-  explicit PriorCost(const Scene& scene) : scene_(scene) {
-    set_num_residuals(scene.num_priors());
-    mutable_parameter_block_sizes()->push_back(scene.num_parameters());
-  }
-
-  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
-    if (jacobians == nullptr || jacobians[0] == nullptr) {
-      scene_.priors(x[0], residuals, nullptr);
-      return true;
-    }
+    double* jacobian = jacobians == nullptr ? nullptr : jacobians[0];
+    evaluate_nodes(x.data(), residuals, jacobian);
     RowMajor slope;
-    scene_.priors(x[0], residuals, &slope);
-    Eigen::Map<RowMajor>(jacobians[0], slope.rows(), slope.cols()) = slope;
+    scene_.priors(x.data(), residuals + 2 * kNumNodes, jacobian == nullptr ? nullptr : &slope);
+    if (jacobian == nullptr) return true;
+    Eigen::Map<RowMajor> all(jacobian, num_residuals(), static_cast<Eigen::Index>(free_.size()));
+    for (std::size_t i = 0; i < free_.size(); ++i) {
+      all.col(static_cast<Eigen::Index>(i)).tail(scene_.num_priors()) = slope.col(free_[i]);
+    }
     return true;
   }
 
  private:
+  void evaluate_nodes(const double* x, double* residuals, double* jacobian) const {
+    const auto num_free = static_cast<Eigen::Index>(free_.size());
+    Eigen::Map<RowMajor> all(jacobian, jacobian == nullptr ? 0 : num_residuals(), num_free);
+    Eigen::Matrix<double, 2, Eigen::Dynamic> full(2, scene_.num_parameters());
+    Eigen::Matrix<double, 2, Eigen::Dynamic> slope(2, num_free);
+    for (int k = 0; k < kNumNodes; ++k) {
+      Eigen::Map<Eigen::Vector2d> out(residuals + 2 * k);
+      if (scene_.inverse_sigma[static_cast<std::size_t>(k)] <= 0.0) {
+        out.setZero();
+        if (jacobian != nullptr) all.middleRows(2 * k, 2).setZero();
+        continue;
+      }
+      const Eigen::Matrix2d whitening = scene_.whitening(k);
+      Eigen::Vector2d r = whitening * scene_.misfit(k, x, jacobian == nullptr ? nullptr : &full);
+      if (jacobian != nullptr) {
+        for (Eigen::Index i = 0; i < num_free; ++i) {
+          slope.col(i) = whitening * full.col(free_[static_cast<std::size_t>(i)]);
+        }
+      }
+      shrink_outlier(scene_.options.outlier_sigmas, r, jacobian == nullptr ? nullptr : &slope);
+      out = r;
+      if (jacobian != nullptr) all.middleRows(2 * k, 2) = slope;
+    }
+  }
+
   const Scene& scene_;
+  const std::vector<double>& x_;
+  const std::vector<int>& free_;
 };
 
 std::vector<std::pair<int, int>> antagonists_of(const std::vector<std::string>& muscles) {
@@ -198,41 +223,18 @@ Point2 tangent_at(const NodeStack& nodes, int contour, int node) {
 
 struct Refiner::Impl {
   Scene scene;
-  std::deque<NodeCost> node_costs;  // cost functions do not move
-  std::unique_ptr<PriorCost> prior_cost;
-  std::unique_ptr<ceres::LossFunction> loss;
   std::vector<double> x;
-  std::unique_ptr<ceres::Problem> problem;
   bool converged = false;
   int iterations = 0;
 
-  void pose_problem();
   void load(const FrameObservation& frame, const ControlPrior& time);
   void solve();
+  bool solve_free(const std::vector<int>& held);
   std::vector<int> pushed_outwards() const;
   void normal_equations(Eigen::MatrixXd* information, Eigen::VectorXd* gradient) const;
   Eigen::VectorXd posterior_sigma() const;
   std::array<double, kNumContours> residuals_mm() const;
 };
-
-void Refiner::Impl::pose_problem() {
-  ceres::Problem::Options ours;
-  ours.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ours.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ours.disable_all_safety_checks = true;
-  problem = std::make_unique<ceres::Problem>(ours);
-  x.assign(static_cast<std::size_t>(scene.num_parameters()), 0.0);
-  loss = std::make_unique<ceres::CauchyLoss>(scene.options.outlier_sigmas);
-  prior_cost = std::make_unique<PriorCost>(scene);
-  for (int k = 0; k < kNumNodes; ++k) node_costs.emplace_back(scene, k);
-  problem->AddParameterBlock(x.data(), scene.num_parameters());
-  for (NodeCost& cost : node_costs) problem->AddResidualBlock(&cost, loss.get(), x.data());
-  problem->AddResidualBlock(prior_cost.get(), nullptr, x.data());
-  for (int i = 0; i < scene.num_controls(); ++i) {
-    problem->SetParameterLowerBound(x.data(), i, 0.0);
-    problem->SetParameterUpperBound(x.data(), i, 1.0);
-  }
-}
 
 void Refiner::Impl::load(const FrameObservation& frame, const ControlPrior& time) {
   scene.frame = frame;
@@ -256,32 +258,52 @@ void Refiner::Impl::load(const FrameObservation& frame, const ControlPrior& time
 // Tucker).
 void Refiner::Impl::solve() {
   constexpr int kMostRounds = 8;
+  converged = false;
+  iterations = 0;
+  std::vector<int> held = pushed_outwards();
+  for (int round = 0; round < kMostRounds; ++round) {
+    const bool settled = solve_free(held);
+    std::vector<int> next = pushed_outwards();
+    converged = settled && next == held;
+    if (converged || iterations >= scene.options.max_iterations) break;
+    held = std::move(next);
+  }
+}
+
+// One bounded solve over the parameters that are not held; true when it converged.
+bool Refiner::Impl::solve_free(const std::vector<int>& held) {
+  std::vector<int> free;
+  for (int i = 0; i < scene.num_parameters(); ++i) {
+    if (!std::binary_search(held.begin(), held.end(), i)) free.push_back(i);
+  }
+  std::vector<double> values;
+  for (const int i : free) values.push_back(x[static_cast<std::size_t>(i)]);
+
+  FrameCost cost(scene, x, free);
+  ceres::Problem::Options ours;
+  ours.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ours.disable_all_safety_checks = true;
+  ceres::Problem problem(ours);
+  problem.AddResidualBlock(&cost, nullptr, values.data());
+  for (std::size_t i = 0; i < free.size() && free[i] < scene.num_controls(); ++i) {
+    problem.SetParameterLowerBound(values.data(), static_cast<int>(i), 0.0);
+    problem.SetParameterUpperBound(values.data(), static_cast<int>(i), 1.0);
+  }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
-  options.max_num_iterations = scene.options.max_iterations;
-  options.function_tolerance = 1e-7;
+  // Steps that run into a new bound creep; look at the held set again before they cost much.
+  options.max_num_iterations = std::min(6, scene.options.max_iterations - iterations);
+  options.function_tolerance = 1e-6;
   options.parameter_tolerance = 1e-6;
   options.gradient_tolerance = 1e-8;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
   options.initial_trust_region_radius = 1e6;  // nearly linear: trust Gauss-Newton from the start
-  converged = false;
-  iterations = 0;
-  std::vector<int> held = pushed_outwards();
-  for (int round = 0; round < kMostRounds; ++round) {
-    problem->SetManifold(
-        x.data(), held.empty() ? nullptr : new ceres::SubsetManifold(scene.num_parameters(), held));
-    // Steps that run into a new bound creep; look at the set again before they cost much.
-    options.max_num_iterations = std::min(6, scene.options.max_iterations - iterations);
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, problem.get(), &summary);
-    iterations += static_cast<int>(summary.iterations.size());
-    std::vector<int> next = pushed_outwards();
-    const bool same = next == held;
-    held = std::move(next);
-    converged = same && summary.termination_type == ceres::CONVERGENCE;
-    if (converged || iterations >= scene.options.max_iterations) break;
-  }
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  iterations += static_cast<int>(summary.iterations.size());
+  for (std::size_t i = 0; i < free.size(); ++i) x[static_cast<std::size_t>(free[i])] = values[i];
+  return summary.termination_type == ceres::CONVERGENCE;
 }
 
 // Controls at a bound whose cost falls only beyond it.
@@ -380,7 +402,7 @@ Refiner::Refiner(const FaceResponse& response,
       scene.turn[node].col(1) = response.pitch_motion(k);
     }
   }
-  impl_->pose_problem();
+  impl_->x.assign(static_cast<std::size_t>(scene.num_parameters()), 0.0);
 }
 
 Refiner::~Refiner() = default;
