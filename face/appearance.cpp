@@ -1,0 +1,369 @@
+#include "face/appearance.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zygoma {
+namespace {
+
+using Colour = Eigen::Vector3f;
+
+constexpr double kHalfWidth = 176.0;
+constexpr double kHalfHeight = 206.0;
+constexpr double kMiddleY = -10.0;
+constexpr double kZoom = 1.7;  // texels per mm in the middle over the mean, roughly
+
+double squeeze(double s) { return std::asinh(kZoom * s) / std::asinh(kZoom); }
+double stretch(double s) { return std::sinh(s * std::asinh(kZoom)) / kZoom; }
+
+// Small deterministic generator (SplitMix64), the same on every machine.
+class Dice {
+ public:
+  explicit Dice(std::uint64_t seed) : state_(seed * 0x9E3779B97F4A7C15ULL + 0x1234567ULL) {}
+  double operator()() {  // [0, 1)
+    state_ += 0x9E3779B97F4A7C15ULL;
+    std::uint64_t z = state_;
+    z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9ULL;
+    z = (z ^ (z >> 27U)) * 0x94D049BB133111EBULL;
+    return static_cast<double>((z ^ (z >> 31U)) >> 11U) / 9007199254740992.0;
+  }
+  double between(double low, double high) { return low + (high - low) * (*this)(); }
+
+ private:
+  std::uint64_t state_;
+};
+
+double lattice(int i, int j, std::uint32_t seed) {  // [-1, 1]
+  std::uint32_t h = static_cast<std::uint32_t>(i) * 0x8da6b343U ^
+                    static_cast<std::uint32_t>(j) * 0xd8163841U ^ seed * 0xcb1ab31fU;
+  h ^= h >> 15U;
+  h *= 0x2c1b3c6dU;
+  h ^= h >> 12U;
+  h *= 0x297a2d39U;
+  h ^= h >> 15U;
+  return static_cast<double>(h) / 2147483648.0 - 1.0;
+}
+
+// Value noise of unit wavelength, [-1, 1].
+double noise(double x, double y, std::uint32_t seed) {
+  const double fx = std::floor(x);
+  const double fy = std::floor(y);
+  const int i = static_cast<int>(fx);
+  const int j = static_cast<int>(fy);
+  const double u = smooth_step(0.0, 1.0, x - fx);
+  const double v = smooth_step(0.0, 1.0, y - fy);
+  const double low = lattice(i, j, seed) * (1 - u) + lattice(i + 1, j, seed) * u;
+  const double high = lattice(i, j + 1, seed) * (1 - u) + lattice(i + 1, j + 1, seed) * u;
+  return low * (1 - v) + high * v;
+}
+
+Colour mix(const Colour& a, const Colour& b, double t) {
+  return a + static_cast<float>(std::clamp(t, 0.0, 1.0)) * (b - a);
+}
+
+// A soft spot of blood or shade: multiplies the tone, full in the middle.
+struct Spot {
+  double x, y, radius_x, radius_y;
+  double red, green, blue;
+};
+constexpr Spot kSpots[] = {
+    {37, -33, 17, 14, 1.02, 0.885, 0.875},  // cheeks
+    {0, -38, 10, 10, 1.02, 0.89, 0.88},     // tip of the nose
+    {14, -40, 6, 7, 0.99, 0.87, 0.86},      // wings
+    {0, -95, 16, 11, 1.01, 0.95, 0.94},     // chin
+    {0, 48, 46, 22, 1.02, 1.02, 0.99},      // forehead
+    {31, -13, 13, 5, 0.95, 0.90, 0.92},     // under the eyes
+    {33, 9, 16, 6, 0.90, 0.83, 0.81},       // upper lids
+    {16, 3, 6, 9, 0.92, 0.87, 0.87},        // beside the root of the nose
+    {44, -1, 7, 5, 0.94, 0.87, 0.85},       // outer corners
+    {0, -54, 24, 7, 0.985, 0.96, 0.95},     // above the lips
+    {0, -84, 14, 3.5, 0.94, 0.91, 0.90},    // under the lower lip
+    {62, -75, 22, 26, 0.97, 0.95, 0.95},    // side of the jaw
+};
+
+class Painter {
+ public:
+  Painter(const HeadShape& shape, const Identity& identity, int size)
+      : shape_(shape), identity_(identity), size_(size), canvas_(std::size_t(size) * size) {
+    dark_ = identity.hair_tone * 0.55F;
+  }
+
+  void ground() {
+    for (int row = 0; row < size_; ++row) {
+      for (int column = 0; column < size_; ++column) {
+        const Eigen::Vector2f uv((static_cast<float>(column) + 0.5F) / static_cast<float>(size_),
+                                 (static_cast<float>(row) + 0.5F) / static_cast<float>(size_));
+        canvas_[std::size_t(row) * size_ + column] = ground_colour(domain_from_uv(uv));
+      }
+    }
+  }
+
+  void brows() {
+    Dice dice(identity_.texture_seed);
+    static const FunctionCurve upper(brow_upper_edge());
+    static const FunctionCurve lower(brow_lower_edge());
+    const double first = upper.first_x();
+    const double last = upper.last_x();
+    for (const double side : {1.0, -1.0}) {
+      for (int i = 0; i < 620; ++i) {
+        const double s = dice();
+        const double v = dice();
+        const double x = first - 0.8 + s * (last - first - 3.0);
+        const double low = lower(x);
+        const double high = upper(x);
+        const Vec2 root(x, low + (0.06 + 0.80 * v) * (high - low));
+        // Hairs stand up at the inner end and lie down outwards; the upper ones bend down.
+        const double turn = smooth_step(0.0, 0.28, s);
+        const double angle =
+            (1.25 * (1.0 - turn) + turn * (0.50 - 0.55 * v - 0.42 * s)) + dice.between(-0.2, 0.2);
+        double length = dice.between(3.2, 6.2) * (1.0 - 0.35 * s);
+        const Vec2 along(std::cos(angle), std::sin(angle));
+        // No hair leaves the brow by more than a little.
+        const double room =
+            (upper(x + length * along.x()) + 0.3 - root.y()) / std::max(0.05, along.y());
+        if (along.y() > 0.0) length = std::min(length, std::max(1.5, room));
+        stroke(side, root, along, length, 0.26 * (1.0 - 0.3 * s), dice.between(0.35, 0.75), dark_);
+      }
+    }
+  }
+
+  void lashes() {
+    Dice dice(identity_.texture_seed + 17U);
+    const Colour black = identity_.hair_tone * 0.35F;
+    for (const double side : {1.0, -1.0}) {
+      for (int i = 0; i < 150; ++i) {
+        const double s = dice.between(0.06, 1.0);
+        const double angle = 2.0 - 1.55 * s + dice.between(-0.25, 0.25);
+        stroke(side,
+               lid_margin(s, +1),
+               {std::cos(angle), std::sin(angle)},
+               dice.between(1.2, 2.4) * (0.6 + 0.6 * s),
+               0.20,
+               dice.between(0.35, 0.7),
+               black);
+      }
+      for (int i = 0; i < 70; ++i) {
+        const double s = dice.between(0.15, 0.97);
+        const double angle = -(2.0 - 1.4 * s) + dice.between(-0.25, 0.25);
+        stroke(side,
+               lid_margin(s, -1),
+               {std::cos(angle), std::sin(angle)},
+               dice.between(0.8, 1.7),
+               0.13,
+               dice.between(0.15, 0.4),
+               black);
+      }
+    }
+  }
+
+  void freckles() {
+    Dice dice(identity_.texture_seed + 99U);
+    for (int i = 0; i < 260; ++i) {
+      const Vec2 at(dice.between(-75.0, 75.0), dice.between(-115.0, 65.0));
+      const double across = bump((at.y() + 18.0) / 28.0);
+      if (dice() > 0.15 + 0.85 * across) continue;
+      const Colour shade = identity_.skin_tone.cwiseProduct(Colour(0.72F, 0.56F, 0.46F));
+      dab(at, dice.between(0.35, 0.9), dice.between(0.04, 0.22), shade);
+    }
+  }
+
+  Texture finish() const {
+    Texture texture;
+    texture.width = size_;
+    texture.height = size_;
+    texture.rgb.reserve(canvas_.size() * 3);
+    for (const Colour& c : canvas_) {
+      for (int k = 0; k < 3; ++k) {
+        const float level = std::clamp(c[k], 0.0F, 1.0F) * 255.0F + 0.5F;
+        texture.rgb.push_back(static_cast<std::uint8_t>(level));
+      }
+    }
+    return texture;
+  }
+
+ private:
+  Colour skin_colour(const Vec2& domain, const Vec2& front) const {
+    Colour colour = identity_.skin_tone;
+    const std::uint32_t seed = identity_.texture_seed;
+    const double x = front.x();
+    for (const Spot& spot : kSpots) {
+      const double dx = (x - spot.x) / spot.radius_x;
+      const double dy = (front.y() - spot.y) / spot.radius_y;
+      const float w = static_cast<float>(std::exp(-dx * dx - dy * dy));
+      colour = colour.cwiseProduct(Colour(1.0F + w * static_cast<float>(spot.red - 1.0),
+                                          1.0F + w * static_cast<float>(spot.green - 1.0),
+                                          1.0F + w * static_cast<float>(spot.blue - 1.0)));
+    }
+    const double blotch = noise(domain.x() / 14.0, domain.y() / 14.0, seed) +
+                          0.6 * noise(domain.x() / 5.0, domain.y() / 5.0, seed + 1);
+    const double pore = noise(domain.x() / 1.1, domain.y() / 1.1, seed + 2) +
+                        noise(domain.x() / 0.6, domain.y() / 0.6, seed + 3);
+    colour = colour.cwiseProduct(Colour(static_cast<float>(1.0 + 0.010 * blotch + 0.013 * pore),
+                                        static_cast<float>(1.0 + 0.020 * blotch + 0.017 * pore),
+                                        static_cast<float>(1.0 + 0.020 * blotch + 0.017 * pore)));
+    return colour;
+  }
+
+  void lips(const Vec2& domain, const Vec2& front, Colour& colour) const {
+    static const FunctionCurve line(mouth_line());
+    static const FunctionCurve upper(upper_lip_border());
+    static const FunctionCurve lower(lower_lip_border());
+    const double x = front.x();
+    if (x > 34.0 || front.y() > -50.0 || front.y() < -90.0) return;
+    const double d = front.y() - line(x);
+    const double height = d > 0.0 ? upper(x) - line(x) : line(x) - lower(x);
+    const double out = std::abs(d) - height;
+    const double red = smooth_step(0.55, -0.65, out) * smooth_step(26.6, 24.2, x);
+    const double fine = noise(domain.x() / 0.7, domain.y() / 5.0, identity_.texture_seed + 5);
+    Colour lip = identity_.skin_tone.cwiseProduct(d > 0.0 ? Colour(0.815F, 0.60F, 0.60F)
+                                                          : Colour(0.88F, 0.66F, 0.655F));
+    lip *= static_cast<float>(1.0 + 0.05 * fine);
+    colour = mix(colour, lip, 0.92 * red);
+    // Paler roll around the red, and the dark line between the lips.
+    colour *=
+        static_cast<float>(1.0 + 0.035 * bump((out - 1.6) / 1.0) * smooth_step(26.0, 22.0, x));
+    const double slit = bump(d / 0.9) * smooth_step(27.4, 25.0, x);
+    colour =
+        mix(colour, identity_.skin_tone.cwiseProduct(Colour(0.36F, 0.17F, 0.17F)), 0.85 * slit);
+    const double corner = bump(std::hypot((x - 26.3) / 2.6, d / 1.5));
+    colour *= static_cast<float>(1.0 - 0.28 * corner);
+  }
+
+  void lid_colours(const Vec2& front, Colour& colour) const {
+    const double s = (front.x() - 17.4) / (44.6 - 17.4);
+    if (s < -0.12 || s > 1.15 || std::abs(front.y()) > 20.0) return;
+    const double t = std::clamp(s, 0.0, 1.0);
+    const double past = std::max({0.0, front.x() - 44.6, 17.4 - front.x()});
+    const double above = std::hypot(front.y() - lid_margin(t, +1).y(), 1.6 * past);
+    const double below = std::hypot(lid_margin(t, -1).y() - front.y(), 1.6 * past);
+    const Colour lash = identity_.hair_tone * 0.45F;
+    colour = mix(colour, lash, 0.85 * smooth_step(1.5, 0.3, above) * smooth_step(-0.05, 0.2, s));
+    const Colour pink = identity_.skin_tone.cwiseProduct(Colour(0.92F, 0.66F, 0.64F));
+    colour = mix(colour, pink, 0.8 * smooth_step(1.2, 0.3, below));
+    colour = mix(colour, lash, 0.45 * bump((below - 1.3) / 0.8) * smooth_step(0.1, 0.6, s));
+    // The crease.
+    const double crease = front.y() - lid_margin(t, +1).y() - 5.6;
+    colour *= static_cast<float>(1.0 - 0.20 * bump(crease / 1.1) * smooth_step(0.0, 0.3, s));
+  }
+
+  Colour ground_colour(const Vec2& domain) const {
+    const Vec2 front = shape_.front_from_domain(domain);
+    Colour colour = skin_colour(domain, front);
+    const bool in_front = std::abs(domain.x()) < 75.0 && domain.y() < 60.0 && domain.y() > -120.0;
+    if (in_front) {
+      lips(domain, front, colour);
+      lid_colours(front, colour);
+      const Vec2 nostril = front - Vec2(6.6, -45.4);
+      const double dark = bump(std::hypot(nostril.x() / 3.3, nostril.y() / 1.7));
+      colour =
+          mix(colour, identity_.skin_tone.cwiseProduct(Colour(0.20F, 0.10F, 0.09F)), 0.9 * dark);
+      const Vec2 wing = front - Vec2(17.6, -40.0);
+      colour *= static_cast<float>(1.0 - 0.14 * bump(std::hypot(wing.x() / 1.6, wing.y() / 6.0)));
+      // Skin under the brow hairs.
+      static const FunctionCurve upper(brow_upper_edge());
+      static const FunctionCurve lower(brow_lower_edge());
+      const double x = front.x();
+      const double inside = std::min(upper(x) - front.y(), front.y() - lower(x));
+      const double ends = smooth_step(9.5, 15.0, x) * smooth_step(54.5, 50.0, x);
+      colour = mix(colour, dark_, 0.42 * smooth_step(-0.6, 1.8, inside) * ends);
+    }
+    return hair(domain, colour);
+  }
+
+  Colour hair(const Vec2& domain, const Colour& skin) const {
+    // Strands run away from the face.
+    const Vec2 from_face = domain - Vec2(0.0, 5.0);
+    const double angle = std::atan2(from_face.x(), from_face.y());
+    const double radius = from_face.norm();
+    const std::uint32_t seed = identity_.texture_seed;
+    const double wave = angle + 0.03 * noise(radius / 30.0, 3.0 * angle, seed + 11);
+    const double strand = 0.55 * noise(wave * 130.0, radius / 34.0, seed + 12) +
+                          0.45 * noise(wave * 320.0, radius / 22.0, seed + 13);
+    const double lock = noise(wave * 26.0, radius / 60.0, seed + 14);
+    const double thick = shape_.hair_mm(domain);
+    const double cover =
+        smooth_step(0.10, 1.3, thick + 0.45 * strand * smooth_step(0.0, 0.4, thick));
+    Colour colour = identity_.hair_tone *
+                    static_cast<float>(std::max(0.15, 0.85 + 0.50 * strand + 0.22 * lock));
+    return mix(skin, colour, 0.97 * cover);
+  }
+
+  // A tapering hair from a root in the frontal picture, x >= 0, drawn on one side.
+  void stroke(double side,
+              const Vec2& root,
+              const Vec2& along,
+              double length,
+              double radius,
+              double opacity,
+              const Colour& colour) {
+    const Vec2 a = shape_.domain_from_front(root);
+    const Vec2 b = shape_.domain_from_front(root + length * along);
+    const int steps = std::max(2, static_cast<int>(length / 0.16));
+    for (int i = 0; i <= steps; ++i) {
+      const double t = static_cast<double>(i) / steps;
+      Vec2 at = a + t * (b - a);
+      at.x() *= side;
+      dab(at, radius * (1.0 - 0.6 * t), 0.45 * opacity * (1.0 - 0.5 * t), colour);
+    }
+  }
+
+  void dab(const Vec2& domain, double radius_mm, double opacity, const Colour& colour) {
+    const Eigen::Vector2f uv = uv_from_domain(domain);
+    const Eigen::Vector2f next = uv_from_domain(domain + Vec2(1.0, 0.0));
+    const double texels_per_mm = static_cast<double>((next - uv).norm()) * size_;
+    const double radius = std::max(0.7, radius_mm * texels_per_mm);
+    const double thin = std::min(1.0, radius_mm * texels_per_mm / 0.7);
+    const double cx = static_cast<double>(uv.x()) * size_ - 0.5;
+    const double cy = static_cast<double>(uv.y()) * size_ - 0.5;
+    const int reach = static_cast<int>(std::ceil(2.0 * radius));
+    for (int j = -reach; j <= reach; ++j) {
+      for (int i = -reach; i <= reach; ++i) {
+        const int column = static_cast<int>(std::lround(cx)) + i;
+        const int row = static_cast<int>(std::lround(cy)) + j;
+        if (column < 0 || row < 0 || column >= size_ || row >= size_) continue;
+        const double d2 = (column - cx) * (column - cx) + (row - cy) * (row - cy);
+        Colour& texel = canvas_[std::size_t(row) * size_ + column];
+        texel = mix(texel, colour, opacity * thin * std::exp(-d2 / (radius * radius)));
+      }
+    }
+  }
+
+  const HeadShape& shape_;
+  const Identity& identity_;
+  int size_;
+  std::vector<Colour> canvas_;
+  Colour dark_;
+};
+
+}  // namespace
+
+Eigen::Vector2f uv_from_domain(const Vec2& domain_mm) {
+  const double u = squeeze(domain_mm.x() / kHalfWidth);
+  const double v = squeeze((kMiddleY - domain_mm.y()) / kHalfHeight);
+  return {static_cast<float>(0.5 + 0.5 * u), static_cast<float>(0.5 + 0.5 * v)};
+}
+
+Vec2 domain_from_uv(const Eigen::Vector2f& uv) {
+  return {kHalfWidth * stretch(2.0 * uv.x() - 1.0),
+          kMiddleY - kHalfHeight * stretch(2.0 * uv.y() - 1.0)};
+}
+
+Texture paint_skin(const HeadShape& shape, const Identity& identity, int size_px) {
+  Painter painter(shape, identity, size_px);
+  painter.ground();
+  painter.freckles();
+  painter.brows();
+  painter.lashes();
+  return painter.finish();
+}
+
+Eigen::Vector3f linear_from_srgb(const Eigen::Vector3f& srgb) {
+  Eigen::Vector3f linear;
+  for (int k = 0; k < 3; ++k) {
+    const float c = srgb[k];
+    linear[k] = c <= 0.04045F ? c / 12.92F : std::pow((c + 0.055F) / 1.055F, 2.4F);
+  }
+  return linear;
+}
+
+}  // namespace zygoma

@@ -1,0 +1,23 @@
+// The painted skin of the default head: one albedo picture over the chart's domain.
+//
+// Everything is painted where the shape has it (lips, brows, lashes, hairline), in the domain, so
+// that it moves with the skin. Coarse colour (blood in cheeks, nose and lips, the cooler beard and
+// eye zones) is a sum of smooth spots; fine colour is strokes (brow hairs, hair, lashes) and seeded
+// noise (pores, freckles, blotches).
+#pragma once
+
+#include "face/anatomy.h"
+#include "face/head_shape.h"
+
+namespace zygoma {
+
+// Texture coordinates: the middle of the face gets more texels than the back of the head.
+Eigen::Vector2f uv_from_domain(const Vec2& domain_mm);
+Vec2 domain_from_uv(const Eigen::Vector2f& uv);
+
+Texture paint_skin(const HeadShape& shape, const Identity& identity, int size_px);
+
+// sRGB in [0, 1] to linear and back.
+Eigen::Vector3f linear_from_srgb(const Eigen::Vector3f& srgb);
+
+}  // namespace zygoma

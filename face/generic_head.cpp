@@ -1,0 +1,160 @@
+#include "face/generic_head.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "face/appearance.h"
+#include "face/head_mesh.h"
+#include "face/head_parts.h"
+#include "face/head_shape.h"
+#include "face/head_skin.h"
+#include "src/base/check.h"
+
+namespace zygoma {
+namespace {
+
+constexpr int kAlbedoSize = 1024;
+
+void require_range(const char* name, double value, double low, double high) {
+  // Written so that NaN fails too.
+  if (value >= low && value <= high) return;
+  throw InputError(std::string("identity: ") + name + " is " + std::to_string(value) +
+                   ", expected " + std::to_string(low) + " to " + std::to_string(high));
+}
+
+void require_colour(const char* name, const Eigen::Vector3f& colour) {
+  for (int k = 0; k < 3; ++k) require_range(name, colour[k], 0.0, 1.0);
+}
+
+// Thickness of the soft tissue at places of the frontal picture, x >= 0, millimetres: forensic
+// averages, rounded.
+struct TissueSample {
+  double x, y, depth_mm;
+};
+constexpr std::array<TissueSample, 24> kTissue{{
+    {0, 65, 4.2},   {30, 65, 4.2},   {0, 35, 4.8},    {30, 38, 5.0},   {60, 35, 5.0},
+    {0, 8, 5.5},    {0, -12, 2.6},   {0, -34, 4.5},   {12, -42, 6.0},  {14, -10, 4.5},
+    {31, 22, 6.0},  {31, 6, 3.0},    {31, -14, 5.0},  {31, -30, 9.0},  {52, -25, 9.0},
+    {68, -20, 7.0}, {42, -50, 14.0}, {60, -60, 13.0}, {0, -55, 9.5},   {25, -66, 9.5},
+    {0, -69, 8.0},  {0, -88, 9.5},   {0, -104, 9.0},  {45, -90, 10.0},
+}};
+
+double tissue_depth(const DomainPoint& point, const Vec2& front) {
+  if (point.inward > 0.0) return 1.2;
+  const Vec2 at(std::abs(front.x()), front.y());
+  double sum = 0.0;
+  double total = 0.0;
+  for (const TissueSample& s : kTissue) {
+    const double d = (at - Vec2(s.x, s.y)).norm();
+    const double w = 1.0 / std::pow(d + 4.0, 3.0);
+    sum += w * s.depth_mm;
+    total += w;
+  }
+  double depth = sum / total;
+  if (point.rim == Rim::kMouth) depth = 3.0;
+  if (point.rim == Rim::kEye) depth = 1.6;
+  // Thinner towards the outline of the head.
+  const double x = std::abs(point.at_mm.x());
+  const double border = std::min({172.0 - x, point.at_mm.y() + 172.0, 203.0 - point.at_mm.y()});
+  return std::max(1.2, depth * (0.4 + 0.6 * smooth_step(0.0, 45.0, border)));
+}
+
+// 1 on everything the mandible carries, 0 on the skull; the cheek blends along the line from the
+// corner of the mouth to the ear.
+double mandible_weight(const HeadShape& shape, const DomainPoint& point) {
+  const double x = std::abs(point.at_mm.x());
+  const double y = point.at_mm.y();
+  const double corner = shape.mouth_corner_x();
+  const double neck = smooth_step(-165.0, -125.0, y);
+  const double back = smooth_step(122.0, 96.0, x);
+  if (x <= corner + 0.5) {
+    const double line = shape.mouth_rim(std::min(x, corner), 0);
+    const bool below = point.rim == Rim::kMouth ? point.side < 0 : y < line;
+    if (point.rim == Rim::kMouth && point.side == 0) return 0.5 * neck;
+    return below ? neck : 0.0;
+  }
+  const double rise = std::min(x - corner, 60.0);
+  const double line = shape.mouth_rim(corner, +1) + 0.42 * rise;
+  const double half_width = 1.5 + 0.55 * rise;
+  return smooth_step(half_width, -half_width, y - line) * neck * back;
+}
+
+Region region_of(const HeadShape& shape, const DomainPoint& point, const Vec2& front) {
+  static const FunctionCurve upper(upper_lip_border());
+  static const FunctionCurve lower(lower_lip_border());
+  const double x = std::abs(front.x());
+  if (point.rim == Rim::kMouth) return point.side < 0 ? Region::kLowerLip : Region::kUpperLip;
+  if (point.rim == Rim::kEye) return point.side < 0 ? Region::kLowerLid : Region::kUpperLid;
+  if (x < 26.0) {
+    const double middle = shape.mouth_rim(std::abs(point.at_mm.x()), 0);
+    if (front.y() > middle && front.y() < upper(x) + 2.0) return Region::kUpperLip;
+    if (front.y() <= middle && front.y() > lower(x) - 2.0) return Region::kLowerLip;
+  }
+  const double s = (x - 17.4) / (44.6 - 17.4);
+  if (s > 0.0 && s < 1.0) {
+    const double up = front.y() - lid_margin(s, +1).y();
+    const double down = lid_margin(s, -1).y() - front.y();
+    if (up > 0.0 && up < 8.0) return Region::kUpperLid;
+    if (down > 0.0 && down < 6.0) return Region::kLowerLid;
+  }
+  return Region::kFace;
+}
+
+SurfaceMesh lifted(const HeadShape& shape, const DomainMesh& domain) {
+  SurfaceMesh mesh;
+  mesh.triangles = domain.triangles;
+  mesh.positions_mm.reserve(domain.points.size());
+  for (const DomainPoint& p : domain.points) mesh.positions_mm.push_back(shape.position(p));
+  return mesh;
+}
+
+}  // namespace
+
+void Identity::check() const {
+  require_range("face_width", face_width, 0.88, 1.14);
+  require_range("face_height", face_height, 0.90, 1.12);
+  require_range("jaw_width", jaw_width, 0.85, 1.18);
+  require_range("nose_length", nose_length, 0.85, 1.18);
+  require_range("nose_width", nose_width, 0.80, 1.30);
+  require_range("lip_fullness", lip_fullness, 0.70, 1.45);
+  require_range("brow_height_mm", brow_height_mm, -4.0, 5.0);
+  require_range("eye_distance", eye_distance, 0.93, 1.08);
+  require_range("chin_length", chin_length, 0.85, 1.20);
+  require_colour("skin_tone", skin_tone);
+  require_colour("hair_tone", hair_tone);
+}
+
+Anatomy make_generic_head(const Identity& identity, const HeadOptions& options) {
+  identity.check();
+  require(options.num_surface_vertices >= 300 && options.num_surface_vertices <= 4000,
+          "head: num_surface_vertices is " + std::to_string(options.num_surface_vertices) +
+              ", expected 300 to 4000");
+  require(options.skin_levels >= 0 && options.skin_levels <= 3,
+          "head: skin_levels is " + std::to_string(options.skin_levels) + ", expected 0 to 3");
+  const HeadShape shape(identity);
+  const DomainMesh domain = mesh_domain(shape, options.num_surface_vertices);
+
+  Anatomy anatomy;
+  anatomy.surface = lifted(shape, domain);
+  for (const DomainPoint& point : domain.points) {
+    const Vec2 front = shape.front_from_domain(point.at_mm);
+    anatomy.tissue_depth_mm.push_back(tissue_depth(point, front));
+    anatomy.mandible_weight.push_back(mandible_weight(shape, point));
+    anatomy.region.push_back(region_of(shape, point, front));
+  }
+
+  FineSkin fine = refine(shape, domain, options.skin_levels);
+  anatomy.curves = lay_curves(shape, fine.domain);
+  anatomy.skin.mesh = lifted(shape, fine.domain);
+  for (const DomainPoint& p : fine.domain.points) {
+    anatomy.skin.uv.push_back(uv_from_domain(p.at_mm));
+  }
+  anatomy.skin.embedding = std::move(fine.embedding);
+  anatomy.skin.albedo = paint_skin(shape, identity, kAlbedoSize);
+  anatomy.rigid_parts = make_rigid_parts(shape, identity);
+  return anatomy;
+}
+
+}  // namespace zygoma

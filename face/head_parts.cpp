@@ -1,0 +1,206 @@
+#include "face/head_parts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "face/appearance.h"
+
+namespace zygoma {
+namespace {
+
+using Colour = Eigen::Vector3f;
+
+Colour mix(const Colour& a, const Colour& b, double t) {
+  return a + static_cast<float>(std::clamp(t, 0.0, 1.0)) * (b - a);
+}
+
+// Grid of vertices (rows x columns) joined to triangles; counter-clockwise when rows go down and
+// columns to the right of the viewer... of the outside.
+void join_grid(RigidPart& part, int rows, int columns, bool closed) {
+  const int around = closed ? columns : columns - 1;
+  for (int r = 0; r + 1 < rows; ++r) {
+    for (int c = 0; c < around; ++c) {
+      const int a = r * columns + c;
+      const int b = r * columns + (c + 1) % columns;
+      part.mesh.triangles.push_back({a, a + columns, b});
+      part.mesh.triangles.push_back({b, a + columns, b + columns});
+    }
+  }
+}
+
+// Sphere with a cornea, rings around the direction of gaze.
+RigidPart eyeball(const HeadShape& shape, bool left) {
+  constexpr int kRings = 30;
+  constexpr int kAround = 48;
+  const EyeShape& eye = shape.eye();
+  RigidPart part;
+  part.name = left ? "eyeball_left" : "eyeball_right";
+  part.gloss = 1.0F;
+  const double iris_angle = std::asin(eye.iris_radius_mm / eye.radius_mm);
+  const double pupil_angle = std::asin(2.3 / eye.radius_mm);
+  const Colour white(0.66F, 0.62F, 0.59F);
+  const Colour vein(0.58F, 0.36F, 0.32F);
+  const Colour iris_outer(0.055F, 0.035F, 0.022F);
+  const Colour iris_inner(0.20F, 0.115F, 0.055F);
+  const Colour limbus(0.018F, 0.013F, 0.011F);
+  const Colour black(0.004F, 0.004F, 0.004F);
+  Vec3 centre = shape.eye_centre();
+  for (int r = 0; r < kRings; ++r) {
+    // Half of the rings inside the iris.
+    const double s = r / (kRings - 1.0);
+    const double angle = s < 0.6 ? 1.15 * iris_angle * s / 0.6
+                                 : 1.15 * iris_angle + (1.9 - 1.15 * iris_angle) * (s - 0.6) / 0.4;
+    for (int k = 0; k < kAround; ++k) {
+      const double turn = 2.0 * M_PI * k / kAround;
+      const double bulge =
+          1.7 *
+          std::pow(std::max(0.0, std::cos(0.5 * M_PI * std::min(1.0, angle / (1.25 * iris_angle)))),
+                   2.0);
+      const double radius = eye.radius_mm + bulge;
+      Vec3 p(std::sin(angle) * std::cos(turn), std::sin(angle) * std::sin(turn), std::cos(angle));
+      Vec3 at = centre + radius * p;
+      if (!left) at.x() = -at.x();
+      part.mesh.positions_mm.push_back(at);
+      const double t = (angle - pupil_angle) / (iris_angle - pupil_angle);
+      const double streak = 0.75 + 0.25 * std::sin(17.0 * turn) * std::sin(5.0 * turn + 1.0);
+      Colour colour = mix(iris_inner * static_cast<float>(streak), iris_outer, 1.25 * t - 0.15);
+      colour = mix(colour, black, smooth_step(0.06, -0.06, t));
+      colour = mix(colour, limbus, smooth_step(0.68, 0.92, t));
+      colour = mix(colour, white, smooth_step(0.97, 1.13, t));
+      colour = mix(colour, vein, 0.75 * smooth_step(iris_angle * 1.25, 1.15, angle));
+      part.albedo.push_back(colour);
+    }
+  }
+  join_grid(part, kRings, kAround, true);
+  if (!left) {
+    for (Triangle& t : part.mesh.triangles) std::swap(t[1], t[2]);
+  }
+  return part;
+}
+
+// Arch of the teeth in plan: x(u), z(u), u in [-1, 1] from the subject's right to left.
+Vec2 arch(double u, double half_width, double depth, double front_z) {
+  const double a = 0.5 * M_PI * u;
+  return {half_width * std::sin(a), front_z - depth * (1.0 - std::pow(std::cos(a), 0.8))};
+}
+
+RigidPart teeth(const HeadShape& shape, bool upper) {
+  constexpr int kColumns = 169;
+  constexpr int kRows = 14;
+  RigidPart part;
+  part.name = upper ? "teeth_upper" : "teeth_lower";
+  part.bone = upper ? Bone::kSkull : Bone::kMandible;
+  part.gloss = 0.8F;
+  // Widths of the teeth from the middle outwards, millimetres along the arch.
+  const std::vector<double> widths = upper
+                                         ? std::vector<double>{8.6, 6.6, 7.8, 7.0, 6.8, 10.0, 10.0}
+                                         : std::vector<double>{5.3, 5.8, 6.8, 7.0, 7.2, 11.0, 10.5};
+  const double half_width = upper ? 27.0 : 25.0;
+  const double depth = upper ? 33.0 : 31.0;
+  const double front_z = upper ? 11.5 : 9.0;
+  const double edge_y = upper ? -71.0 : -70.0;  // of the cutting edges
+  double arc = 0.0;
+  std::vector<double> arc_at(kColumns);
+  for (int c = kColumns / 2 + 1; c < kColumns; ++c) {
+    const double u = (2.0 * c) / (kColumns - 1.0) - 1.0;
+    const double before = (2.0 * c - 2.0) / (kColumns - 1.0) - 1.0;
+    arc += (arch(u, half_width, depth, front_z) - arch(before, half_width, depth, front_z)).norm();
+    arc_at[c] = arc;
+    arc_at[kColumns - 1 - c] = arc;
+  }
+  for (int r = 0; r < kRows; ++r) {
+    const double v = r / (kRows - 1.0);  // 0 at the cutting edge, 1 in the gum
+    for (int c = 0; c < kColumns; ++c) {
+      const double u = (2.0 * c) / (kColumns - 1.0) - 1.0;
+      double start = 0.0;
+      std::size_t tooth = 0;
+      while (tooth + 1 < widths.size() && arc_at[c] > start + widths[tooth])
+        start += widths[tooth++];
+      const double across = std::clamp((arc_at[c] - start) / widths[tooth], 0.0, 1.0);
+      const double middle = 4.0 * across * (1.0 - across);  // 0 between two teeth
+      const Vec2 plan = arch(u, half_width + 0.9 * std::pow(middle, 0.4) * (1 - v), depth, front_z);
+      const double height = (tooth == 1 && upper ? 0.8 : 0.0) + 0.6 * (1.0 - std::pow(middle, 0.3));
+      const double up = 14.0 * v + (1.0 - v) * height;
+      const double belly =
+          0.9 * std::pow(middle, 0.35) * smooth_step(0.85, 0.4, v) - 2.2 * bump(v / 0.08);
+      const double y = edge_y + (upper ? up : -up);
+      part.mesh.positions_mm.push_back(
+          shape.warp(Vec3(plan.x(), y, plan.y() + belly + (upper ? 0.0 : -0.4))));
+      const double gum_line = 0.66 + 0.12 * (1.0 - middle);
+      Colour colour =
+          mix(Colour(0.60F, 0.54F, 0.43F), Colour(0.70F, 0.66F, 0.57F), middle * (1.0 - v));
+      colour = mix(Colour(0.16F, 0.10F, 0.08F), colour, 0.15 + std::pow(middle, 0.35));
+      colour = mix(
+          colour, Colour(0.42F, 0.13F, 0.12F), smooth_step(gum_line - 0.06, gum_line + 0.04, v));
+      // The cheeks shade the back of the arch.
+      part.albedo.push_back(colour * static_cast<float>(1.0 - 0.75 * std::abs(u) * std::abs(u)));
+    }
+  }
+  join_grid(part, kRows, kColumns, false);
+  if (upper) {
+    for (Triangle& t : part.mesh.triangles) std::swap(t[1], t[2]);
+  }
+  return part;
+}
+
+// Closed blob: an ellipsoid, seen from outside (tongue) or from inside (mouth cavity).
+RigidPart ellipsoid(const HeadShape& shape,
+                    const Vec3& centre,
+                    const Vec3& half_axes,
+                    const std::function<Colour(const Vec3&)>& colour,
+                    bool inside) {
+  constexpr int kRings = 20;
+  constexpr int kAround = 28;
+  RigidPart part;
+  for (int r = 0; r < kRings; ++r) {
+    const double a = M_PI * (0.02 + 0.96 * r / (kRings - 1.0));
+    for (int k = 0; k < kAround; ++k) {
+      const double b = 2.0 * M_PI * k / kAround;
+      const Vec3 unit(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a));
+      part.mesh.positions_mm.push_back(shape.warp(centre + half_axes.cwiseProduct(unit)));
+      part.albedo.push_back(colour(unit));
+    }
+  }
+  join_grid(part, kRings, kAround, true);
+  if (inside) {
+    for (Triangle& t : part.mesh.triangles) std::swap(t[1], t[2]);
+  }
+  return part;
+}
+
+}  // namespace
+
+std::vector<RigidPart> make_rigid_parts(const HeadShape& shape, const Identity&) {
+  std::vector<RigidPart> parts{
+      eyeball(shape, true), eyeball(shape, false), teeth(shape, true), teeth(shape, false)};
+  RigidPart tongue = ellipsoid(
+      shape,
+      Vec3(0.0, -80.0, -16.0),
+      Vec3(17.0, 7.0, 21.0),
+      [](const Vec3& unit) {
+        return Colour(mix(Colour(0.10F, 0.025F, 0.025F), Colour(0.40F, 0.13F, 0.12F), unit.z()));
+      },
+      false);
+  tongue.name = "tongue";
+  tongue.bone = Bone::kMandible;
+  tongue.gloss = 0.5F;
+  parts.push_back(tongue);
+  RigidPart cavity = ellipsoid(
+      shape,
+      Vec3(0.0, -74.0, -26.0),
+      Vec3(30.0, 34.0, 30.0),
+      [](const Vec3& unit) {
+        return Colour(mix(Colour(0.012F, 0.004F, 0.004F), Colour(0.05F, 0.014F, 0.013F), unit.z()));
+      },
+      true);
+  // Open towards the lips.
+  std::vector<Triangle>& triangles = cavity.mesh.triangles;
+  const std::vector<Vec3>& p = cavity.mesh.positions_mm;
+  std::erase_if(triangles, [&](const Triangle& t) { return p[t[0]].z() > -12.0; });
+  cavity.name = "mouth_cavity";
+  parts.push_back(cavity);
+  return parts;
+}
+
+}  // namespace zygoma

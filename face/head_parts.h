@@ -1,0 +1,13 @@
+// What is not skin: eyeballs, teeth, tongue and the dark of the mouth.
+#pragma once
+
+#include <vector>
+
+#include "face/anatomy.h"
+#include "face/head_shape.h"
+
+namespace zygoma {
+
+std::vector<RigidPart> make_rigid_parts(const HeadShape& shape, const Identity& identity);
+
+}  // namespace zygoma

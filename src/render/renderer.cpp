@@ -1,0 +1,602 @@
+#include "src/render/renderer.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <map>
+#include <thread>
+
+#include "face/jaw.h"
+#include "src/render/embree.h"
+#include "src/render/shading.h"
+
+namespace zygoma {
+namespace {
+
+using Point = Eigen::Vector3f;
+
+constexpr int kPacket = 16;
+constexpr float kFar = 1e5F;
+
+// Albedo as linear light, halved again and again: level k has 2^k texels of the original a side.
+struct TextureLevel {
+  int width = 0;
+  int height = 0;
+  std::vector<Colour> texels;
+};
+
+std::vector<TextureLevel> texture_levels(const Texture& texture) {
+  std::array<float, 256> linear{};
+  for (int i = 0; i < 256; ++i) {
+    const double c = i / 255.0;
+    linear[i] = static_cast<float>(c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4));
+  }
+  TextureLevel level{texture.width, texture.height, {}};
+  for (std::size_t i = 0; i + 2 < texture.rgb.size(); i += 3) {
+    level.texels.emplace_back(
+        linear[texture.rgb[i]], linear[texture.rgb[i + 1]], linear[texture.rgb[i + 2]]);
+  }
+  std::vector<TextureLevel> levels{std::move(level)};
+  while (levels.back().width > 64 && levels.back().width % 2 == 0 &&
+         levels.back().height % 2 == 0) {
+    const TextureLevel& finer = levels.back();
+    TextureLevel coarser{finer.width / 2, finer.height / 2, {}};
+    for (int row = 0; row < coarser.height; ++row) {
+      for (int column = 0; column < coarser.width; ++column) {
+        const Colour* at = finer.texels.data() + std::size_t(2 * row) * finer.width + 2 * column;
+        coarser.texels.push_back(0.25F * (at[0] + at[1] + at[finer.width] + at[finer.width + 1]));
+      }
+    }
+    levels.push_back(std::move(coarser));
+  }
+  return levels;
+}
+
+Colour bilinear(const TextureLevel& level, const Eigen::Vector2f& uv) {
+  const float x = std::clamp(uv.x() * static_cast<float>(level.width) - 0.5F,
+                             0.0F,
+                             static_cast<float>(level.width) - 1.001F);
+  const float y = std::clamp(uv.y() * static_cast<float>(level.height) - 0.5F,
+                             0.0F,
+                             static_cast<float>(level.height) - 1.001F);
+  const int column = static_cast<int>(x);
+  const int row = static_cast<int>(y);
+  const float u = x - static_cast<float>(column);
+  const float v = y - static_cast<float>(row);
+  const Colour* at = level.texels.data() + std::size_t(row) * level.width + column;
+  const Colour high = at[0] + u * (at[1] - at[0]);
+  const Colour low = at[level.width] + u * (at[level.width + 1] - at[level.width]);
+  return high + v * (low - high);
+}
+
+// Runs work(begin, end) over [0, count) on some threads; every item is independent of the others.
+void in_parallel(int count, int num_threads, const std::function<void(int, int)>& work) {
+  const int n = std::clamp(num_threads, 1, std::max(1, count));
+  std::vector<std::thread> threads;
+  for (int i = 1; i < n; ++i) {
+    threads.emplace_back([&, i] { work(count * i / n, count * (i + 1) / n); });
+  }
+  work(0, count / n);
+  for (std::thread& thread : threads) thread.join();
+}
+
+// Directions of a cosine-weighted hemisphere around +z, well spread (Hammersley).
+std::vector<Point> hemisphere(int count) {
+  std::vector<Point> directions;
+  for (int i = 0; i < count; ++i) {
+    double inverse = 0.0;
+    for (unsigned bits = static_cast<unsigned>(i), k = 1; bits != 0; bits >>= 1U, ++k) {
+      inverse += (bits & 1U) / std::pow(2.0, k);
+    }
+    const double r = std::sqrt((i + 0.5) / count);
+    const double a = 2.0 * M_PI * inverse;
+    directions.emplace_back(static_cast<float>(r * std::cos(a)),
+                            static_cast<float>(r * std::sin(a)),
+                            static_cast<float>(std::sqrt(1.0 - r * r)));
+  }
+  return directions;
+}
+
+// Two directions that make a frame with n.
+void frame_of(const Point& n, Point& t, Point& b) {
+  t = (std::abs(n.x()) < 0.7F ? Point::UnitX() : Point::UnitY()).cross(n).normalized();
+  b = n.cross(t);
+}
+
+struct Hit {
+  int triangle = -1;
+  float u = 0.0F;
+  float v = 0.0F;
+};
+
+}  // namespace
+
+struct Renderer::Impl {
+  // All meshes in one: the skin first, then the rigid parts.
+  struct PartRange {
+    int first_vertex = 0;
+    int num_vertices = 0;
+    int first_triangle = 0;
+    int num_triangles = 0;
+    Bone bone = Bone::kSkull;
+    float gloss = 0.0F;
+  };
+
+  Impl(std::shared_ptr<const Anatomy> anatomy_in, const RenderOptions& options_in);
+  ~Impl() {
+    rtcReleaseScene(scene);
+    rtcReleaseDevice(device);
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  void load_meshes();
+  void build_scene();
+  void place(const std::vector<Vec3>& skin_mm, double jaw_rad);
+  void compute_normals();
+  void commit();
+  float open_share(int vertex, const std::vector<Point>& directions, float reach) const;
+  void compute_rest_ambient();
+  void light_vertices(const Shader& shader);
+  void cast(const float (&x)[kPacket],
+            const float (&y)[kPacket],
+            int count,
+            Hit (&hit)[kPacket]) const;
+  Colour shade(const Hit& hit, const Shader& shader) const;
+  int part_of(int triangle) const;
+  void draw_rows(int first, int last, const Shader& shader);
+  void smooth_edges(int first, int last, const Shader& shader);
+  Colour background(float y) const;
+  void choose_texture_level();
+
+  std::shared_ptr<const Anatomy> anatomy;
+  RenderOptions options;
+  RTCDevice device = nullptr;
+  RTCScene scene = nullptr;
+  RTCGeometry geometry = nullptr;
+  float* buffer = nullptr;  // Embree's vertices
+  int num_skin_vertices = 0;
+  std::vector<PartRange> parts;
+  std::vector<Point> points;
+  std::vector<Triangle> triangles;
+  std::vector<std::uint8_t> triangle_part;
+  std::vector<int> triangles_begin;  // of a vertex, compressed rows
+  std::vector<int> triangles_of;
+  std::vector<Point> normals;
+  std::vector<float> rest_ambient;
+  std::vector<int> watched;  // vertices in hollows, whose openness is found anew in each picture
+  std::vector<float> ambient;
+  std::vector<float> key;
+  std::vector<Colour> part_albedo;  // per vertex; unused for the skin
+  std::vector<TextureLevel> levels;
+  const TextureLevel* level = nullptr;
+  ToneCurve tone;
+
+  Camera camera;
+  Eigen::Matrix3f face_from_camera;
+  Point eye = Point::Zero();
+  std::vector<Hit> hits;
+  std::vector<Colour> picture;
+  std::vector<std::uint8_t> edge;
+};
+
+Renderer::Impl::Impl(std::shared_ptr<const Anatomy> anatomy_in, const RenderOptions& options_in)
+    : anatomy(std::move(anatomy_in)), options(options_in) {
+  assert(anatomy != nullptr);
+  load_meshes();
+  build_scene();
+  levels = texture_levels(anatomy->skin.albedo);
+  place(anatomy->skin.mesh.positions_mm, 0.0);
+  compute_rest_ambient();
+}
+
+void Renderer::Impl::load_meshes() {
+  const auto append = [&](const SurfaceMesh& mesh, Bone bone, float gloss) {
+    PartRange range;
+    range.first_vertex = static_cast<int>(points.size());
+    range.num_vertices = static_cast<int>(mesh.positions_mm.size());
+    range.first_triangle = static_cast<int>(triangles.size());
+    range.num_triangles = static_cast<int>(mesh.triangles.size());
+    range.bone = bone;
+    range.gloss = gloss;
+    for (const Vec3& p : mesh.positions_mm) points.push_back(p.cast<float>());
+    for (const Triangle& t : mesh.triangles) {
+      triangles.push_back(
+          {t[0] + range.first_vertex, t[1] + range.first_vertex, t[2] + range.first_vertex});
+      triangle_part.push_back(static_cast<std::uint8_t>(parts.size()));
+    }
+    parts.push_back(range);
+  };
+  append(anatomy->skin.mesh, Bone::kSkull, 0.0F);
+  num_skin_vertices = static_cast<int>(points.size());
+  part_albedo.assign(num_skin_vertices, Colour::Zero());
+  for (const RigidPart& part : anatomy->rigid_parts) {
+    append(part.mesh, part.bone, std::max(0.02F, part.gloss));
+    part_albedo.insert(part_albedo.end(), part.albedo.begin(), part.albedo.end());
+  }
+  triangles_begin.assign(points.size() + 1, 0);
+  for (const Triangle& t : triangles) {
+    for (const int v : t) ++triangles_begin[v + 1];
+  }
+  for (std::size_t v = 0; v < points.size(); ++v) triangles_begin[v + 1] += triangles_begin[v];
+  std::vector<int> next(triangles_begin.begin(), triangles_begin.end() - 1);
+  triangles_of.resize(3 * triangles.size());
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (const int v : triangles[t]) triangles_of[next[v]++] = static_cast<int>(t);
+  }
+  normals.assign(points.size(), Point::Zero());
+  ambient.assign(points.size(), 1.0F);
+  rest_ambient.assign(points.size(), 1.0F);
+  key.assign(points.size(), 1.0F);
+}
+
+void Renderer::Impl::build_scene() {
+  device = rtcNewDevice("threads=1");
+  scene = rtcNewScene(device);
+  // Low quality is what lets a deformed tree be refitted instead of rebuilt.
+  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_LOW);
+  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_DYNAMIC);
+  geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_REFIT);
+  buffer = static_cast<float*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), points.size()));
+  auto* index = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry,
+                                                               RTC_BUFFER_TYPE_INDEX,
+                                                               0,
+                                                               RTC_FORMAT_UINT3,
+                                                               3 * sizeof(unsigned),
+                                                               triangles.size()));
+  for (const Triangle& t : triangles) {
+    for (const int v : t) *index++ = static_cast<unsigned>(v);
+  }
+  commit();
+  rtcAttachGeometry(scene, geometry);
+  rtcReleaseGeometry(geometry);  // the scene keeps it
+  rtcCommitScene(scene);
+}
+
+void Renderer::Impl::commit() {
+  for (std::size_t v = 0; v < points.size(); ++v) {
+    for (int k = 0; k < 3; ++k) buffer[3 * v + k] = points[v][k];
+  }
+  rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
+  rtcCommitGeometry(geometry);
+}
+
+void Renderer::Impl::place(const std::vector<Vec3>& skin_mm, double jaw_rad) {
+  assert(static_cast<int>(skin_mm.size()) == num_skin_vertices);
+  for (int v = 0; v < num_skin_vertices; ++v) points[v] = skin_mm[v].cast<float>();
+  const Eigen::Isometry3d jaw = open_from_closed(anatomy->jaw, jaw_rad);
+  for (std::size_t i = 1; i < parts.size(); ++i) {
+    if (parts[i].bone != Bone::kMandible) continue;
+    const std::vector<Vec3>& rest = anatomy->rigid_parts[i - 1].mesh.positions_mm;
+    for (int v = 0; v < parts[i].num_vertices; ++v) {
+      points[parts[i].first_vertex + v] = (jaw * rest[v]).cast<float>();
+    }
+  }
+  commit();
+  rtcCommitScene(scene);
+  compute_normals();
+}
+
+void Renderer::Impl::compute_normals() {
+  std::vector<Point> face(triangles.size());
+  const auto faces = [&](int first, int last) {
+    for (int t = first; t < last; ++t) {
+      const auto& [a, b, c] = triangles[t];
+      face[t] = (points[b] - points[a]).cross(points[c] - points[a]);
+    }
+  };
+  const auto vertices = [&](int first, int last) {
+    for (int v = first; v < last; ++v) {
+      Point sum = Point::Zero();
+      for (int k = triangles_begin[v]; k < triangles_begin[v + 1]; ++k)
+        sum += face[triangles_of[k]];
+      const float length = sum.norm();
+      normals[v] = length > 0.0F ? Point(sum / length) : Point(0.0F, 0.0F, 1.0F);
+    }
+  };
+  in_parallel(static_cast<int>(triangles.size()), options.num_threads, faces);
+  in_parallel(static_cast<int>(points.size()), options.num_threads, vertices);
+}
+
+float Renderer::Impl::open_share(int vertex,
+                                 const std::vector<Point>& directions,
+                                 float reach) const {
+  Point t;
+  Point b;
+  frame_of(normals[vertex], t, b);
+  const Point from = points[vertex] + 0.25F * normals[vertex];
+  float open = 0.0F;
+  for (std::size_t first = 0; first < directions.size(); first += kPacket) {
+    alignas(64) RTCRay16 rays{};
+    alignas(64) int valid[kPacket];
+    for (std::size_t i = 0; i < kPacket; ++i) {
+      valid[i] = first + i < directions.size() ? -1 : 0;
+      const Point& d = directions[std::min(first + i, directions.size() - 1)];
+      const Point along = d.x() * t + d.y() * b + d.z() * normals[vertex];
+      rays.org_x[i] = from.x();
+      rays.org_y[i] = from.y();
+      rays.org_z[i] = from.z();
+      rays.dir_x[i] = along.x();
+      rays.dir_y[i] = along.y();
+      rays.dir_z[i] = along.z();
+      rays.tnear[i] = 0.0F;
+      rays.tfar[i] = reach;
+      rays.mask[i] = 0xFFFFFFFFU;
+    }
+    find_shadows(valid, scene, &rays);
+    for (int i = 0; i < kPacket; ++i) {
+      if (valid[i] && rays.tfar[i] >= 0.0F) open += 1.0F;
+    }
+  }
+  return open / static_cast<float>(directions.size());
+}
+
+void Renderer::Impl::compute_rest_ambient() {
+  const std::vector<Point> directions = hemisphere(64);
+  in_parallel(static_cast<int>(points.size()), options.num_threads, [&](int first, int last) {
+    for (int v = first; v < last; ++v) rest_ambient[v] = open_share(v, directions, 70.0F);
+  });
+  ambient = rest_ambient;
+  constexpr float kHollow = 0.30F;
+  for (std::size_t v = 0; v < points.size(); ++v) {
+    const bool eyeball_back = points[v].z() < -40.0F;
+    if (rest_ambient[v] < kHollow && !eyeball_back) watched.push_back(static_cast<int>(v));
+  }
+}
+
+void Renderer::Impl::light_vertices(const Shader& shader) {
+  static const std::vector<Point> few = hemisphere(16);
+  in_parallel(static_cast<int>(watched.size()), options.num_threads, [&](int first, int last) {
+    for (int i = first; i < last; ++i) ambient[watched[i]] = open_share(watched[i], few, 70.0F);
+  });
+  if (!options.shadows) return;
+  // Two rays per vertex towards an area light; the same ray of the disk in every picture.
+  const Point l = shader.key_direction();
+  Point t;
+  Point b;
+  frame_of(l, t, b);
+  constexpr float kLightSize = 0.11F;
+  constexpr int kRays = 4;
+  const int groups = (static_cast<int>(points.size()) * kRays + kPacket - 1) / kPacket;
+  std::vector<float> raw(points.size(), 0.0F);
+  in_parallel(groups, options.num_threads, [&](int first, int last) {
+    for (int g = first; g < last; ++g) {
+      alignas(64) RTCRay16 rays{};
+      alignas(64) int valid[kPacket];
+      bool any = false;
+      for (int i = 0; i < kPacket; ++i) {
+        const int v = (g * kPacket + i) / kRays;
+        const bool exists = v < static_cast<int>(points.size());
+        const Point& n = normals[exists ? v : 0];
+        const Point& p = points[exists ? v : 0];
+        const bool useful =
+            exists && n.dot(l) > -0.15F && n.dot(eye - p) > -0.2F * (eye - p).norm();
+        valid[i] = useful ? -1 : 0;
+        any = any || useful;
+        const float angle = 6.2832F * (static_cast<float>(i % kRays) / kRays +
+                                       static_cast<float>((v * 37) % 16) / 64.0F);
+        const float radius =
+            kLightSize * (0.45F + 0.55F * static_cast<float>((v * 13 + i * 5) % 8) / 7.0F);
+        const Point d = (l + radius * (std::cos(angle) * t + std::sin(angle) * b)).normalized();
+        const Point from = p + 0.4F * n;
+        rays.org_x[i] = from.x();
+        rays.org_y[i] = from.y();
+        rays.org_z[i] = from.z();
+        rays.dir_x[i] = d.x();
+        rays.dir_y[i] = d.y();
+        rays.dir_z[i] = d.z();
+        rays.tnear[i] = 0.3F;
+        rays.tfar[i] = 400.0F;
+        rays.mask[i] = 0xFFFFFFFFU;
+      }
+      if (!any) continue;
+      find_shadows(valid, scene, &rays);
+      for (int i = 0; i < kPacket; ++i) {
+        if (valid[i] && rays.tfar[i] >= 0.0F) raw[(g * kPacket + i) / kRays] += 1.0F / kRays;
+      }
+    }
+  });
+  // A little blur along the mesh hides the few rays.
+  in_parallel(static_cast<int>(points.size()), options.num_threads, [&](int first, int last) {
+    for (int v = first; v < last; ++v) {
+      float sum = 2.0F * raw[v];
+      float weight = 2.0F;
+      for (int k = triangles_begin[v]; k < triangles_begin[v + 1]; ++k) {
+        for (const int u : triangles[triangles_of[k]]) sum += raw[u];
+        weight += 3.0F;
+      }
+      key[v] = sum / weight;
+    }
+  });
+}
+
+void Renderer::Impl::cast(const float (&x)[kPacket],
+                          const float (&y)[kPacket],
+                          int count,
+                          Hit (&hit)[kPacket]) const {
+  alignas(64) RTCRayHit16 rays{};
+  alignas(64) int valid[kPacket];
+  const float half_width = 0.5F * static_cast<float>(camera.width_px - 1);
+  const float half_height = 0.5F * static_cast<float>(camera.height_px - 1);
+  const float per_focal = 1.0F / static_cast<float>(camera.focal_px);
+  for (int i = 0; i < kPacket; ++i) {
+    valid[i] = i < count ? -1 : 0;
+    const Point in_camera((x[i] - half_width) * per_focal, (y[i] - half_height) * per_focal, 1.0F);
+    const Point d = face_from_camera * in_camera;
+    rays.ray.org_x[i] = eye.x();
+    rays.ray.org_y[i] = eye.y();
+    rays.ray.org_z[i] = eye.z();
+    rays.ray.dir_x[i] = d.x();
+    rays.ray.dir_y[i] = d.y();
+    rays.ray.dir_z[i] = d.z();
+    rays.ray.tnear[i] = 0.0F;
+    rays.ray.tfar[i] = kFar;
+    rays.ray.mask[i] = 0xFFFFFFFFU;
+    rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+  }
+  find_hits(valid, scene, &rays);
+  for (int i = 0; i < count; ++i) {
+    const bool found = rays.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+    hit[i] = {found ? static_cast<int>(rays.hit.primID[i]) : -1, rays.hit.u[i], rays.hit.v[i]};
+  }
+}
+
+int Renderer::Impl::part_of(int triangle) const {
+  return triangle < 0 ? 255 : triangle_part[triangle];
+}
+
+Colour Renderer::Impl::shade(const Hit& hit, const Shader& shader) const {
+  const auto& [a, b, c] = triangles[hit.triangle];
+  const float w = 1.0F - hit.u - hit.v;
+  ShadePoint point;
+  point.normal = (w * normals[a] + hit.u * normals[b] + hit.v * normals[c]).normalized();
+  const Point at = w * points[a] + hit.u * points[b] + hit.v * points[c];
+  point.to_camera = (eye - at).normalized();
+  point.ambient = w * ambient[a] + hit.u * ambient[b] + hit.v * ambient[c];
+  point.key = options.shadows ? w * key[a] + hit.u * key[b] + hit.v * key[c] : 1.0F;
+  const int part = triangle_part[hit.triangle];
+  point.gloss = parts[part].gloss;
+  if (part == 0) {
+    const std::vector<Eigen::Vector2f>& uv = anatomy->skin.uv;
+    point.albedo = bilinear(*level, w * uv[a] + hit.u * uv[b] + hit.v * uv[c]);
+  } else {
+    point.albedo = w * part_albedo[a] + hit.u * part_albedo[b] + hit.v * part_albedo[c];
+  }
+  return shader(point);
+}
+
+Colour Renderer::Impl::background(float y) const {
+  const Lighting& lighting = options.lighting;
+  const float t = y / static_cast<float>(std::max(1, camera.height_px - 1));
+  const Colour srgb =
+      lighting.background_top + t * (lighting.background_bottom - lighting.background_top);
+  return srgb.array().pow(2.2F).matrix();
+}
+
+void Renderer::Impl::draw_rows(int first, int last, const Shader& shader) {
+  const int width = camera.width_px;
+  float x[kPacket];
+  float y[kPacket];
+  Hit hit[kPacket];
+  for (int row = 4 * first; row < std::min(4 * last, camera.height_px); row += 4) {
+    for (int column = 0; column < width; column += 4) {
+      for (int i = 0; i < kPacket; ++i) {
+        x[i] = static_cast<float>(std::min(column + i % 4, width - 1));
+        y[i] = static_cast<float>(std::min(row + i / 4, camera.height_px - 1));
+      }
+      cast(x, y, kPacket, hit);
+      for (int i = 0; i < kPacket; ++i) {
+        if (column + i % 4 >= width || row + i / 4 >= camera.height_px) continue;
+        const std::size_t pixel = std::size_t(row + i / 4) * width + column + i % 4;
+        hits[pixel] = hit[i];
+        picture[pixel] = hit[i].triangle >= 0 ? shade(hit[i], shader) : background(y[i]);
+      }
+    }
+  }
+}
+
+void Renderer::Impl::smooth_edges(int first, int last, const Shader& shader) {
+  const int width = camera.width_px;
+  const int n = std::clamp(options.samples_per_pixel, 2, kPacket);
+  float x[kPacket];
+  float y[kPacket];
+  Hit hit[kPacket];
+  for (int row = first; row < last; ++row) {
+    for (int column = 0; column < width; ++column) {
+      const std::size_t pixel = std::size_t(row) * width + column;
+      if (!edge[pixel]) continue;
+      for (int i = 0; i < kPacket; ++i) {  // a turned grid: n rows and n columns, one sample each
+        const int k = std::min(i, n - 1);
+        x[i] = static_cast<float>(column) - 0.5F +
+               (static_cast<float>(k) + 0.5F) / static_cast<float>(n);
+        const int turned = (k * 2 + (k * 2) / n) % n;
+        y[i] = static_cast<float>(row) - 0.5F +
+               (static_cast<float>(turned) + 0.5F) / static_cast<float>(n);
+      }
+      cast(x, y, n, hit);
+      Colour sum = Colour::Zero();
+      for (int i = 0; i < n; ++i) {
+        const Colour c = hit[i].triangle >= 0 ? shade(hit[i], shader) : background(y[i]);
+        sum += c.cwiseMin(1.2F);
+      }
+      picture[pixel] = sum / static_cast<float>(n);
+    }
+  }
+}
+
+void Renderer::Impl::choose_texture_level() {
+  // Texels per pixel where the camera looks, from the skin vertex nearest to the optical axis.
+  const double distance = std::abs(camera.camera_from_face.translation().z());
+  const double mm_per_px = distance / camera.focal_px;
+  const double texels_per_mm = anatomy->skin.albedo.width / 270.0;
+  const double ratio = mm_per_px * texels_per_mm;
+  const int wanted = static_cast<int>(std::lround(std::log2(std::max(1.0, 0.9 * ratio))));
+  level = &levels[std::clamp(wanted, 0, static_cast<int>(levels.size()) - 1)];
+}
+
+Renderer::Renderer(std::shared_ptr<const Anatomy> anatomy, const RenderOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(anatomy), options)) {}
+Renderer::~Renderer() = default;
+Renderer::Renderer(Renderer&&) noexcept = default;
+Renderer& Renderer::operator=(Renderer&&) noexcept = default;
+
+void Renderer::render(const std::vector<Vec3>& skin_mm,
+                      double jaw_rad,
+                      const Camera& camera,
+                      cv::Mat& bgr) {
+  Impl& r = *impl_;
+  r.camera = camera;
+  const int width = camera.width_px;
+  const int height = camera.height_px;
+  const Eigen::Isometry3d inverse = camera.camera_from_face.inverse();
+  r.face_from_camera = inverse.linear().cast<float>();
+  r.eye = inverse.translation().cast<float>();
+  r.choose_texture_level();
+  r.hits.resize(std::size_t(width) * height);
+  r.picture.resize(std::size_t(width) * height);
+  bgr.create(height, width, CV_8UC3);
+
+  r.place(skin_mm, jaw_rad);
+  const Shader shader(r.options.lighting, r.face_from_camera);
+  r.light_vertices(shader);
+  const int threads = r.options.num_threads;
+  in_parallel((height + 3) / 4, threads, [&](int a, int b) { r.draw_rows(a, b, shader); });
+  if (r.options.samples_per_pixel > 1) {
+    // Edges: another part, or another brightness, next door.
+    r.edge.assign(std::size_t(width) * height, 0);
+    const auto differs = [&](std::size_t p, std::size_t q) {
+      if (r.part_of(r.hits[p].triangle) != r.part_of(r.hits[q].triangle)) return true;
+      if (r.hits[p].triangle < 0) return false;
+      const float a = r.picture[p].y();
+      const float b = r.picture[q].y();
+      return std::abs(a - b) > 0.15F * (a + b) + 0.01F;
+    };
+    in_parallel(height, threads, [&](int first, int last) {
+      for (int row = first; row < last; ++row) {
+        for (int column = 0; column < width; ++column) {
+          const std::size_t p = std::size_t(row) * width + column;
+          const bool is_edge =
+              (column > 0 && differs(p, p - 1)) || (column + 1 < width && differs(p, p + 1)) ||
+              (row > 0 && differs(p, p - width)) || (row + 1 < height && differs(p, p + width));
+          r.edge[p] = is_edge ? 1 : 0;
+        }
+      }
+    });
+    in_parallel(height, threads, [&](int a, int b) { r.smooth_edges(a, b, shader); });
+  }
+  in_parallel(height, threads, [&](int first, int last) {
+    for (int row = first; row < last; ++row) {
+      std::uint8_t* out = bgr.ptr<std::uint8_t>(row);
+      const Colour* in = r.picture.data() + std::size_t(row) * width;
+      for (int column = 0; column < width; ++column) {
+        for (int k = 0; k < 3; ++k) out[3 * column + k] = r.tone(in[column][2 - k]);
+      }
+    }
+  });
+}
+
+}  // namespace zygoma

@@ -1,0 +1,312 @@
+#include "tracker/tracker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+
+#include "src/base/check.h"
+#include "tracker/evidence.h"
+#include "tracker/face_chart.h"
+#include "tracker/face_finder.h"
+#include "tracker/head_frame.h"
+#include "tracker/initialiser.h"
+#include "tracker/predictor.h"
+#include "tracker/snake.h"
+
+namespace zygoma {
+namespace {
+
+// Regions of the chart whose looks are remembered together (keyframes).
+enum Part : size_t { kUpperPart, kLowerPart, kNumParts };
+const std::array<cv::Rect, kNumParts> kPartBox{cv::Rect(20, 58, 153, 44),
+                                               cv::Rect(48, 152, 97, 84)};
+
+Part part_of(size_t feature) {
+  switch (feature) {
+    case kUpperLip:
+    case kLowerLip:
+    case kChinBoss:
+      return kLowerPart;
+    default:
+      return kUpperPart;
+  }
+}
+
+// A look at one part of the face whose contours were trusted: flow from here has not drifted.
+struct Keyframe {
+  FaceChart chart;
+  cv::Mat thumbnail;  // of the part's box
+  ContourNodes contours;
+};
+
+cv::Mat thumbnail_of(const FaceChart& chart, Part part) {
+  cv::Mat small;
+  cv::resize(chart.grey(kPartBox[part]), small, cv::Size(32, 24), 0, 0, cv::INTER_AREA);
+  small.convertTo(small, CV_32F);
+  return small;
+}
+
+// Normalised cross-correlation of two pictures of the same size, [-1, 1]; 0 for a flat one.
+double correlation(const cv::Mat& p, const cv::Mat& q) {
+  cv::Scalar mean_p, spread_p, mean_q, spread_q;
+  cv::meanStdDev(p, mean_p, spread_p);
+  cv::meanStdDev(q, mean_q, spread_q);
+  if (spread_p[0] < 1e-3 || spread_q[0] < 1e-3) return 0.0;
+  const double product = p.dot(q) / static_cast<double>(p.total()) - mean_p[0] * mean_q[0];
+  return product / (spread_p[0] * spread_q[0]);
+}
+
+// The parts of the face that do not move with expression: inner and outer corners of the eyes, the
+// bridge, sides and base of the nose, and a thin grid between them.
+std::vector<Point2> rigid_points() {
+  std::vector<Point2> points;
+  for (const double side : {-1.0, 1.0}) {
+    for (const double x : {0.22, 0.34, 0.66, 0.78}) {
+      for (const double y : {-0.05, 0.06}) points.push_back(chart_point(side * x, y));
+    }
+    for (const double y : {0.15, 0.3, 0.42, 0.52, 0.62}) {
+      points.push_back(chart_point(side * 0.13, y));
+      points.push_back(chart_point(side * 0.24, y));
+    }
+  }
+  for (const double y : {-0.05, 0.1, 0.25, 0.4, 0.55, 0.68}) points.push_back(chart_point(0.0, y));
+  return points;
+}
+
+void join_lip_ends(ContourNodes& contours) {
+  const auto join = [](Point2& a, Point2& b) { a = b = 0.5 * (a + b); };
+  join(contours[kUpperLip].front(), contours[kLowerLip].front());
+  join(contours[kUpperLip].back(), contours[kLowerLip].back());
+}
+
+}  // namespace
+
+void TrackerOptions::check() const {
+  require(max_coast_frames >= 0 && max_coast_frames <= 1000,
+          "tracker: max_coast_frames must be in [0, 1000]");
+  require(flow_hold >= 0.0 && flow_hold <= 100.0, "tracker: flow_hold must be in [0, 100]");
+  require(new_look_correlation > 0.0 && new_look_correlation < 1.0,
+          "tracker: new_look_correlation must be in (0, 1)");
+}
+
+struct Tracker::Impl {
+  explicit Impl(const TrackerOptions& wanted) : options(wanted) { options.check(); }
+
+  TrackerOptions options;
+  TrackReport report;
+  std::optional<FaceFinder> finder;
+  std::optional<ContourSet> given;  // by start_from, for the next frame
+
+  bool tracking = false;
+  int coasted = 0;
+  FaceChart last;
+  ContourNodes contours;
+  std::array<double, kNumFeatures> confidence{};
+  std::array<double, kNumFeatures> usual_evidence{};
+  FaceChart head_anchor;
+  std::vector<Point2> rigid = rigid_points();
+  std::array<std::vector<Keyframe>, kNumParts> keyframes;
+  size_t num_keyframes_made = 0;
+
+  void start(const Frame& frame);
+  void restart_from(const FaceChart& chart);
+  bool follow(const Frame& frame);
+  bool follow_head(const Frame& frame, FaceChart& chart);
+  void follow_contours(const FaceChart& chart);
+  void judge(const FaceChart& chart,
+             const Evidence& evidence,
+             const std::array<std::vector<double>, kNumFeatures>& quality);
+  void remember(const FaceChart& chart);
+  ContourSet result(const Frame& frame) const;
+};
+
+void Tracker::Impl::start(const Frame& frame) {
+  if (!finder) finder.emplace(options.cascade_folder);
+  const std::optional<FaceEyes> eyes = finder->find(frame.image);
+  if (!eyes) return;
+  restart_from(make_face_chart(frame.image, image_from_chart(eyes->right_px, eyes->left_px)));
+}
+
+void Tracker::Impl::restart_from(const FaceChart& chart) {
+  const Evidence evidence = make_evidence(chart);
+  contours = place_contours(chart, evidence);
+  for (size_t f = 0; f < kNumFeatures; ++f) {
+    usual_evidence[f] =
+        std::max(0.05, evidence_under(evidence, static_cast<FeatureIndex>(f), contours[f]));
+    confidence[f] = std::clamp(usual_evidence[f] / 0.5, 0.05, 1.0);
+  }
+  last = chart;
+  head_anchor = chart;
+  for (auto& list : keyframes) list.clear();
+  remember(chart);
+  tracking = true;
+  coasted = 0;
+}
+
+// Takes the head's motion off: on return `chart` shows the face where the last chart showed it.
+bool Tracker::Impl::follow_head(const Frame& frame, FaceChart& chart) {
+  Similarity place = last.image_from_chart;
+  chart = make_face_chart(frame.image, place);
+  const auto correct = [&](const FaceChart& reference, double least_share) {
+    const Flow flow = follow_points(reference.pyramid, chart.pyramid, rigid, rigid);
+    std::vector<Point2> from, to;
+    for (size_t i = 0; i < rigid.size(); ++i) {
+      if (flow.quality[i] < 0.3) continue;
+      from.push_back(rigid[i]);
+      to.push_back(flow.points_px[i]);
+    }
+    const HeadFrameFit fit = fit_head_frame(from, to);
+    const double share =
+        fit.inlier_share * static_cast<double>(from.size()) / static_cast<double>(rigid.size());
+    if (!fit.ok || share < least_share) return false;
+    double moved = 0.0;
+    for (const Point2& p : rigid) moved = std::max(moved, (fit.similarity.apply(p) - p).norm());
+    if (moved > 0.02) {
+      place = place.after(fit.similarity);
+      chart = make_face_chart(frame.image, place);
+    }
+    return true;
+  };
+  if (!correct(last, 0.3)) return false;
+  correct(head_anchor, 0.5);
+  return true;
+}
+
+void Tracker::Impl::follow_contours(const FaceChart& chart) {
+  // Predict: flow from the last frame.
+  std::vector<Point2> from;
+  for (const auto& nodes : contours) from.insert(from.end(), nodes.begin(), nodes.end());
+  const Flow recent = follow_points(last.pyramid, chart.pyramid, from, from);
+
+  // Re-anchor: flow from the remembered look that resembles this one most.
+  std::array<const Keyframe*, kNumParts> look{};
+  std::array<double, kNumParts> likeness{};
+  for (size_t part = 0; part < kNumParts; ++part) {
+    const cv::Mat now = thumbnail_of(chart, static_cast<Part>(part));
+    likeness[part] = -1.0;
+    for (const Keyframe& keyframe : keyframes[part]) {
+      const double c = correlation(now, keyframe.thumbnail);
+      // Older looks are nearer to the start: a younger one must be clearly better.
+      if (c > likeness[part] + 0.01) {
+        likeness[part] = c;
+        look[part] = &keyframe;
+      }
+    }
+  }
+  std::array<std::vector<double>, kNumFeatures> quality;
+  std::array<std::vector<Point2>, kNumFeatures> target;
+  size_t at = 0;
+  for (size_t f = 0; f < kNumFeatures; ++f) {
+    const size_t n = contours[f].size();
+    std::vector<Point2> guess(recent.points_px.begin() + at, recent.points_px.begin() + at + n);
+    quality[f].assign(recent.quality.begin() + at, recent.quality.begin() + at + n);
+    at += n;
+    target[f] = guess;
+    const Keyframe* keyframe = look[part_of(f)];
+    if (keyframe == nullptr) continue;
+    const Flow anchored =
+        follow_points(keyframe->chart.pyramid, chart.pyramid, keyframe->contours[f], guess);
+    const double trust = std::clamp((likeness[part_of(f)] - 0.7) / 0.25, 0.0, 1.0);
+    for (size_t i = 0; i < n; ++i) {
+      const double w = trust * anchored.quality[i];
+      const double keep = 0.5 * quality[f][i] + 0.05;
+      target[f][i] = (keep * guess[i] + w * anchored.points_px[i]) / (keep + w);
+      quality[f][i] = std::max(quality[f][i], w);
+    }
+  }
+
+  // Relax.
+  const Evidence evidence = make_evidence(chart);
+  for (size_t f = 0; f < kNumFeatures; ++f) {
+    std::vector<SoftAnchor> anchors(contours[f].size());
+    for (size_t i = 0; i < anchors.size(); ++i) {
+      const bool corner = (f == kUpperLip || f == kLowerLip) && (i == 0 || i + 1 == anchors.size());
+      anchors[i].target = target[f][i];
+      anchors[i].weight = options.flow_hold * (0.1 + quality[f][i]) * (corner ? 4.0 : 1.0);
+    }
+    const ContourLandscape landscape(evidence, static_cast<FeatureIndex>(f), target[f]);
+    Snake snake(target[f], snake_options(static_cast<FeatureIndex>(f)));
+    snake.set_anchors(anchors);
+    report.relax_iterations += snake.relax(&landscape).iterations;
+    contours[f] = resample(snake.nodes(), static_cast<int>(contours[f].size()));
+  }
+  join_lip_ends(contours);
+  judge(chart, evidence, quality);
+}
+
+void Tracker::Impl::judge(const FaceChart&,
+                          const Evidence& evidence,
+                          const std::array<std::vector<double>, kNumFeatures>& quality) {
+  for (size_t f = 0; f < kNumFeatures; ++f) {
+    const double share =
+        evidence_under(evidence, static_cast<FeatureIndex>(f), contours[f]) / usual_evidence[f];
+    double flow = 0.0;
+    for (const double q : quality[f]) flow += q / static_cast<double>(quality[f].size());
+    confidence[f] = std::clamp(std::min(1.0, share), 0.1, 1.0) * std::clamp(0.2 + flow, 0.1, 1.0);
+  }
+}
+
+void Tracker::Impl::remember(const FaceChart& chart) {
+  for (size_t part = 0; part < kNumParts; ++part) {
+    const cv::Mat now = thumbnail_of(chart, static_cast<Part>(part));
+    double best = -1.0;
+    for (const Keyframe& keyframe : keyframes[part]) {
+      best = std::max(best, correlation(now, keyframe.thumbnail));
+    }
+    if (best > options.new_look_correlation || keyframes[part].size() >= 24) continue;
+    keyframes[part].push_back({chart, now, contours});
+  }
+}
+
+bool Tracker::Impl::follow(const Frame& frame) {
+  FaceChart chart;
+  if (!follow_head(frame, chart)) return false;
+  follow_contours(chart);
+  remember(chart);
+  last = chart;
+  return true;
+}
+
+ContourSet Tracker::Impl::result(const Frame& frame) const {
+  ContourSet set;
+  set.frame_index = frame.index;
+  set.time_s = frame.time_s;
+  for (size_t f = 0; f < kNumFeatures; ++f) {
+    Contour contour;
+    contour.name = kFeatureSchema[f].name;
+    if (tracking) {
+      for (const Point2& p : contours[f]) {
+        contour.points_px.push_back(last.image_from_chart.apply(p));
+      }
+      contour.confidence = confidence[f];
+    }
+    set.contours.push_back(std::move(contour));
+  }
+  return set;
+}
+
+Tracker::Tracker(const TrackerOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+Tracker::~Tracker() = default;
+Tracker::Tracker(Tracker&&) noexcept = default;
+Tracker& Tracker::operator=(Tracker&&) noexcept = default;
+
+void Tracker::start_from(const ContourSet& initial) { impl_->given = initial; }
+
+ContourSet Tracker::track(const Frame& frame) {
+  Impl& impl = *impl_;
+  impl.report = {};
+  const bool usable = !as_bgr(frame.image).empty();
+  if (usable && impl.tracking && !impl.follow(frame)) {
+    impl.tracking = false;
+  }
+  if (usable && !impl.tracking) impl.start(frame);
+  ContourSet set = impl.result(frame);
+  impl.report.face_found = impl.tracking;
+  for (const Contour& contour : set.contours) impl.report.num_lost += contour.lost() ? 1 : 0;
+  return set;
+}
+
+const TrackReport& Tracker::report() const { return impl_->report; }
+
+}  // namespace zygoma
