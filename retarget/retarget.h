@@ -6,6 +6,7 @@
 
 #include "face/contractions.h"
 #include "face/simulator.h"
+#include "retarget/response.h"
 #include "src/base/stop.h"
 #include "tracker/contour_set.h"
 
@@ -28,9 +29,21 @@ struct RetargetReport {
 };
 
 // One Contractions per ContourSet, muscles named as in the anatomy. Frames without contours have
-// empty values and success = false. Throws InputError when no frame has contours.
+// empty values and success = false. Throws InputError when no frame has contours. When `stop` says
+// so, the track ends with the frames done by then.
+//
+// confidence and success speak of the contours that drive the estimate in every frame: brows, upper
+// lip, chin boss and the better one of hairline and nose tip. The furrows do not count, as they
+// vanish from a face at rest.
 ContractionTrack retarget(const std::vector<ContourSet>& contours,
                           Simulator& face,
+                          const RetargetOptions& options,
+                          RetargetReport& report,
+                          const StopQuestion& stop = {});
+
+// The same against a face whose response is known already.
+ContractionTrack retarget(const std::vector<ContourSet>& contours,
+                          const FaceResponse& face,
                           const RetargetOptions& options,
                           RetargetReport& report,
                           const StopQuestion& stop = {});

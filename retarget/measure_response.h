@@ -1,0 +1,25 @@
+// Asks the face model itself how its contours respond: the one place where the estimation meets the
+// physics. One exact sensitivity at rest, one settle per group of muscles that hardly share skin
+// (their saturation), two settles of the jaw and one sensitivity under the open jaw.
+#pragma once
+
+#include "face/simulator.h"
+#include "retarget/response.h"
+
+namespace zygoma {
+
+struct ResponseOptions {
+  double viewing_distance_mm = 900.0;  // of the performer's camera, [200, 1e6]; too small a value
+                                       // exaggerates what moves near the camera
+  double overlap = 0.25;  // [0, 1]; full contractions of muscles that share less than this of
+                          // their motion are settled together. 0: one settle per muscle (slow);
+                          // 1: all at once (their saturations mix)
+
+  void check() const;
+};
+
+// Asks the face itself: one sensitivity at rest, a handful of settles. Throws InputError when the
+// anatomy has none of the schema's curves.
+FaceResponse measure_response(Simulator& face, const ResponseOptions& options = {});
+
+}  // namespace zygoma
