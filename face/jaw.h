@@ -17,4 +17,7 @@ struct Jaw {
 // Identity at 0.
 Eigen::Isometry3d open_from_closed(const Jaw& jaw, double opening_rad);
 
+// d(position)/d(opening) of the point that is at `closed_mm` when the jaw is closed, mm per rad.
+Vec3 opening_rate(const Jaw& jaw, double opening_rad, const Vec3& closed_mm);
+
 }  // namespace zygoma

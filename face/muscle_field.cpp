@@ -1,0 +1,178 @@
+#include "face/muscle_field.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <queue>
+#include <string>
+
+#include "src/base/check.h"
+
+namespace zygoma {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr int kNormalRounds = 12;  // directions follow the head, not the lip or the nostril
+
+// Closest point of a triangle to p, and its distance.
+double distance_to_triangle(const SurfaceMesh& surface, const Triangle& t, const Vec3& p) {
+  const Vec3& a = surface.positions_mm[t[0]];
+  const Vec3 ab = surface.positions_mm[t[1]] - a;
+  const Vec3 ac = surface.positions_mm[t[2]] - a;
+  const Vec3 n = ab.cross(ac);
+  const double n2 = n.squaredNorm();
+  const double v = (p - a).cross(ac).dot(n) / n2;
+  const double w = ab.cross(p - a).dot(n) / n2;
+  if (v >= 0.0 && w >= 0.0 && v + w <= 1.0) return std::abs((p - a).dot(n)) / std::sqrt(n2);
+  double best = kInfinity;
+  for (int e = 0; e < 3; ++e) {
+    const Vec3& s = surface.positions_mm[t[e]];
+    const Vec3 d = surface.positions_mm[t[(e + 1) % 3]] - s;
+    const double u = std::clamp((p - s).dot(d) / d.squaredNorm(), 0.0, 1.0);
+    best = std::min(best, (p - s - u * d).norm());
+  }
+  return best;
+}
+
+// Distance at c of a wave that passes a and b at distances da and db: the triangle is laid flat
+// with a at the origin and b on the x axis, the source is reconstructed below it.
+double unfold(double da, double db, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 ab = b - a;
+  const double base = ab.norm();
+  const double cx = (c - a).dot(ab) / base;
+  const double cy = ((c - a) - (cx / base) * ab).norm();
+  const double along_edges = std::min(da + (c - a).norm(), db + (c - b).norm());
+  const double sx = (da * da - db * db + base * base) / (2.0 * base);
+  const double sy2 = da * da - sx * sx;
+  if (sy2 < 0.0) return along_edges;
+  const double sy = -std::sqrt(sy2);
+  const double crossing = sx + (cx - sx) * (-sy) / (cy - sy);
+  if (!(crossing >= 0.0 && crossing <= base)) return along_edges;
+  return std::min(along_edges, std::hypot(cx - sx, cy - sy));
+}
+
+// The flap of a slit a muscle leaves alone, as a mask over the columns.
+std::vector<char> spared_columns(const Anatomy& anatomy, const std::vector<double>& distance) {
+  constexpr double kCornerMm = 8.0;  // closer alike than this: attached at the corner
+  constexpr std::array<std::array<Region, 2>, 2> kSlits{
+      {{Region::kUpperLip, Region::kLowerLip}, {Region::kUpperLid, Region::kLowerLid}}};
+  std::vector<char> spared(distance.size(), 0);
+  for (const double side : {1.0, -1.0}) {
+    for (const auto& slit : kSlits) {
+      std::array<double, 2> nearest{kInfinity, kInfinity};
+      const auto in_flap = [&](std::size_t v, int flap) {
+        // Lids come in pairs: each eye is a slit of its own. The mouth is one.
+        const bool this_side = side * anatomy.surface.positions_mm[v].x() >= 0.0;
+        return anatomy.region[v] == slit[flap] && (slit[0] == Region::kUpperLip || this_side);
+      };
+      for (std::size_t v = 0; v < distance.size(); ++v) {
+        for (int flap = 0; flap < 2; ++flap) {
+          if (in_flap(v, flap)) nearest[flap] = std::min(nearest[flap], distance[v]);
+        }
+      }
+      // Infinity means beyond the muscle's reach anyway.
+      int farther = -1;
+      if (nearest[0] > nearest[1] + kCornerMm) farther = 0;
+      if (nearest[1] > nearest[0] + kCornerMm) farther = 1;
+      if (farther < 0) continue;
+      for (std::size_t v = 0; v < distance.size(); ++v) {
+        if (in_flap(v, farther)) spared[v] = 1;
+      }
+    }
+  }
+  return spared;
+}
+
+void check_muscle(const Muscle& muscle) {
+  const std::string name = "muscle " + muscle.name + ": ";
+  require(muscle.attachment_mm.allFinite() && muscle.emergence_mm.allFinite(),
+          name + "end point not finite");
+  require(std::isfinite(muscle.radius_mm) && muscle.radius_mm > 0.0,
+          name + "radius must be above 0 mm");
+  require(muscle.largest_shortening > 0.0 && muscle.largest_shortening <= 1.0,
+          name + "largest shortening must be in (0, 1]");
+  require((muscle.emergence_mm - muscle.attachment_mm).norm() > 1e-3,
+          name + "attachment and emergence coincide");
+}
+
+// m turned into the plane across `normal`, length kept; a muscle that would run straight into the
+// bone is stretched to at most twice its shadow.
+Vec3 tangent_with_length(const Vec3& m, const Vec3& normal) {
+  const Vec3 flat = m - m.dot(normal) * normal;
+  return flat * (m.norm() / std::max(flat.norm(), 0.5 * m.norm()));
+}
+
+}  // namespace
+
+std::vector<double> distance_along(const SurfaceMesh& surface,
+                                   const Vec3& from_mm,
+                                   double reach_mm) {
+  const std::size_t n = surface.positions_mm.size();
+  std::vector<std::vector<Triangle>> around(n);
+  double nearest = kInfinity;
+  for (const Triangle& t : surface.triangles) {
+    for (int c = 0; c < 3; ++c) around[t[c]].push_back({t[c], t[(c + 1) % 3], t[(c + 2) % 3]});
+    nearest = std::min(nearest, distance_to_triangle(surface, t, from_mm));
+  }
+  std::vector<double> distance(n, kInfinity);
+  using Entry = std::pair<double, int>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
+  const auto improve = [&](int v, double d) {
+    if (d >= distance[v] - 1e-12 || d > reach_mm) return;
+    distance[v] = d;
+    front.push({d, v});
+  };
+  for (const Triangle& t : surface.triangles) {
+    if (distance_to_triangle(surface, t, from_mm) > nearest + 1e-9) continue;
+    for (const int v : t) improve(v, (surface.positions_mm[v] - from_mm).norm());
+  }
+  while (!front.empty()) {
+    const auto [d, v] = front.top();
+    front.pop();
+    if (d > distance[v]) continue;
+    for (const Triangle& t : around[v]) {
+      for (const auto& [known, target] : {std::pair{t[1], t[2]}, std::pair{t[2], t[1]}}) {
+        const Vec3& xv = surface.positions_mm[v];
+        const Vec3& xt = surface.positions_mm[target];
+        improve(target, d + (xt - xv).norm());
+        if (distance[known] == kInfinity) continue;
+        improve(target, unfold(d, distance[known], xv, surface.positions_mm[known], xt));
+      }
+    }
+  }
+  return distance;
+}
+
+double fold_measure(const Muscle& muscle) {
+  const double length = (muscle.emergence_mm - muscle.attachment_mm).norm();
+  return muscle.largest_shortening * length * std::numbers::pi / (2.0 * muscle.radius_mm);
+}
+
+MuscleField make_muscle_field(const Anatomy& anatomy, const Lattice& lattice) {
+  const std::vector<Vec3> normal =
+      smooth_normals(anatomy.surface, lattice.neighbors, kNormalRounds);
+  MuscleField field;
+  field.hold.assign(lattice.num_columns, 0.0);
+  for (const Muscle& muscle : anatomy.muscles) {
+    check_muscle(muscle);
+    const Vec3 m = muscle.emergence_mm - muscle.attachment_mm;
+    const std::vector<double> distance =
+        distance_along(anatomy.surface, muscle.attachment_mm, muscle.radius_mm);
+    const std::vector<char> spared = spared_columns(anatomy, distance);
+    std::vector<MusclePull> pulls;
+    for (int v = 0; v < lattice.num_columns; ++v) {
+      if (spared[v] || !(distance[v] < muscle.radius_mm)) continue;
+      const double blend = std::cos(0.5 * std::numbers::pi * distance[v] / muscle.radius_mm);
+      pulls.push_back(
+          {v, blend, muscle.largest_shortening * blend * tangent_with_length(m, normal[v])});
+      field.hold[v] = std::max(field.hold[v], blend);
+    }
+    require(!pulls.empty(), "muscle " + muscle.name + ": reaches no vertex of the surface");
+    field.pulls.push_back(std::move(pulls));
+  }
+  return field;
+}
+
+}  // namespace zygoma

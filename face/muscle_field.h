@@ -1,0 +1,43 @@
+// What the muscles of a face ask of its fascia (paper, equations (3) and (4)).
+//
+//   t_j(c) = X_j + sum_i c_i s_i b_ij m_ij,     b_ij = cos(pi/2 d_ij / a_i)
+//
+// d_ij is the distance along the skin from the attachment of muscle i to column j, so that it leads
+// around the mouth, not across. Of the two flaps of a slit (lips, lids) a muscle reaches only the
+// nearer one unless it attaches at their corner. m_ij is m_i in the tangent plane of a broadly
+// smoothed surface at j, with its length kept.
+//
+// The sum is linear and over the rest position: the order of the muscles has no effect.
+#pragma once
+
+#include <vector>
+
+#include "face/anatomy.h"
+#include "face/lattice.h"
+
+namespace zygoma {
+
+struct MusclePull {
+  int column = 0;
+  double blend = 0.0;    // b_ij, (0, 1]
+  Vec3 displacement_mm;  // s_i b_ij m_ij: where contraction 1 moves the fascia
+};
+
+struct MuscleField {
+  std::vector<std::vector<MusclePull>> pulls;  // per muscle, columns ascending
+  std::vector<double> hold;                    // per column: w_j = max_i b_ij
+};
+
+// Throws InputError naming the muscle if one has no length, no reach or a value that is not finite.
+MuscleField make_muscle_field(const Anatomy& anatomy, const Lattice& lattice);
+
+// s ||m|| pi / (2 a): from 1 on, one muscle alone folds the tissue over at contraction 1.
+double fold_measure(const Muscle& muscle);
+
+// Distance along the surface from a point on it to every vertex within `reach_mm` (others are
+// infinite). Exact on flat pieces: every triangle unfolds the wave front that crosses its far edge.
+std::vector<double> distance_along(const SurfaceMesh& surface,
+                                   const Vec3& from_mm,
+                                   double reach_mm);
+
+}  // namespace zygoma

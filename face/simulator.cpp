@@ -1,0 +1,221 @@
+#include "face/simulator.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <string>
+
+#include "face/energy.h"
+#include "face/lattice.h"
+#include "face/solvers/equilibrium.h"
+#include "src/base/check.h"
+
+namespace zygoma {
+namespace {
+
+// Larger changes of the controls are walked in equal parts, so that a jump ends in the same
+// equilibrium as a slow motion.
+constexpr double kLongestContractionStep = 0.34;
+constexpr double kLongestJawStepRad = 0.12;
+constexpr double kPathTolerance = 3e-2;   // of the load, at the points in between
+constexpr double kSmallestLoadMm = 1e-3;  // a load below this stretch counts as this
+constexpr double kWidestJawRad = 0.7;
+
+}  // namespace
+
+struct Simulator::Impl {
+  Impl(std::shared_ptr<const Anatomy> a, const SettleOptions& o)
+      : anatomy(std::move(a)),
+        options(o),
+        energy(*anatomy, make_lattice(*anatomy)),
+        solver(energy),
+        sensitivity_factor(solver.factor()),
+        known(energy.lattice().rest_mm),
+        known_controls(zero_controls()) {
+    // The force the tissue opposes to a fully open jaw, as the yardstick of jaw motion.
+    Controls open = zero_controls();
+    open.jaw_rad = anatomy->jaw.full_rad;
+    std::vector<Vec3> x = known;
+    carry(known_controls, open, x);
+    Eigen::VectorXd gradient;
+    energy.evaluate(x, gradient);
+    for (Eigen::Index k = 0; k < gradient.size(); k += 3) {
+      full_jaw_load = std::max(full_jaw_load, gradient.segment<3>(k).norm());
+    }
+    double area = 0.0;
+    for (const double share : energy.lattice().area_mm2) area += share;
+    smallest_load = kSmallestLoadMm * EnergyOptions{}.muscle_hold_kpa_per_mm * area /
+                    energy.lattice().num_columns;
+    energy.set_controls(known_controls.contraction, 0.0);
+    solver.prepare(known);
+  }
+
+  Controls zero_controls() const {
+    return {std::vector<double>(anatomy->muscles.size(), 0.0), 0.0};
+  }
+
+  void check(const Controls& controls) const {
+    assert(controls.contraction.size() == anatomy->muscles.size());
+    for (std::size_t m = 0; m < controls.contraction.size(); ++m) {
+      const double c = controls.contraction[m];
+      require(c >= 0.0 && c <= 1.0,
+              "contraction of " + anatomy->muscles[m].name + ": " + std::to_string(c) +
+                  ", expected a value in [0, 1]");
+    }
+    require(controls.jaw_rad >= 0.0 && controls.jaw_rad <= kWidestJawRad,
+            "jaw opening: " + std::to_string(controls.jaw_rad) + " rad, expected [0, " +
+                std::to_string(kWidestJawRad) + "]");
+  }
+
+  // Sets the controls and takes every node along with the bone below it.
+  void carry(const Controls& from, const Controls& to, std::vector<Vec3>& x) {
+    if (from.jaw_rad != to.jaw_rad) {
+      energy.set_controls(from.contraction, from.jaw_rad);
+      std::vector<Vec3> before(x.size());
+      for (std::size_t k = 0; k < x.size(); ++k) before[k] = energy.carried(static_cast<int>(k));
+      energy.set_controls(to.contraction, to.jaw_rad);
+      for (std::size_t k = 0; k < x.size(); ++k) {
+        x[k] += energy.carried(static_cast<int>(k)) - before[k];
+      }
+    } else {
+      energy.set_controls(to.contraction, to.jaw_rad);
+    }
+    energy.place_bone(x);
+  }
+
+  double load(const Controls& controls) const {
+    return std::max(
+        smallest_load,
+        energy.largest_muscle_force() + full_jaw_load * controls.jaw_rad / anatomy->jaw.full_rad);
+  }
+
+  // From an equilibrium under `from` to one under `to`, in `parts` equal parts.
+  bool walk(const Controls& from,
+            const Controls& to,
+            int parts,
+            std::vector<Vec3>& x,
+            SettleReport& report) {
+    Controls at = from;
+    for (int part = 1; part <= parts; ++part) {
+      const double share = static_cast<double>(part) / parts;
+      Controls next = to;
+      if (part < parts) {
+        for (std::size_t m = 0; m < next.contraction.size(); ++m) {
+          next.contraction[m] =
+              from.contraction[m] + share * (to.contraction[m] - from.contraction[m]);
+        }
+        next.jaw_rad = from.jaw_rad + share * (to.jaw_rad - from.jaw_rad);
+      }
+      carry(at, next, x);
+      const double scale = load(next);
+      const double tolerance = scale * (part < parts ? kPathTolerance : options.relative_residual);
+      const EquilibriumReport solved = solver.solve(x, tolerance, options.max_iterations);
+      report.iterations += solved.iterations;
+      report.factorisations += solved.factorisations;
+      report.residual = solved.residual_mn / scale;
+      report.converged = solved.converged;
+      at = std::move(next);
+    }
+    return report.converged;
+  }
+
+  static int parts_between(const Controls& from, const Controls& to) {
+    double parts = std::abs(to.jaw_rad - from.jaw_rad) / kLongestJawStepRad;
+    for (std::size_t m = 0; m < to.contraction.size(); ++m) {
+      parts = std::max(parts,
+                       std::abs(to.contraction[m] - from.contraction[m]) / kLongestContractionStep);
+    }
+    return std::max(1, static_cast<int>(std::ceil(parts)));
+  }
+
+  // The controls a state is known to be the equilibrium of; without knowledge, those wanted, with
+  // the jaw of the state.
+  Controls controls_of(const FaceState& state, const Controls& wanted) const {
+    if (state.positions_mm == known) return known_controls;
+    if (state.positions_mm == energy.lattice().rest_mm) return zero_controls();
+    Controls controls = wanted;
+    controls.jaw_rad = state.jaw_rad;
+    return controls;
+  }
+
+  std::shared_ptr<const Anatomy> anatomy;
+  SettleOptions options;
+  FaceEnergy energy;
+  EquilibriumSolver solver;
+  Factor sensitivity_factor;  // apart, so that asking for sensitivities does not change settling
+  std::vector<Vec3> known;    // the last equilibrium, and what it is the equilibrium of
+  Controls known_controls;
+  double full_jaw_load = 0.0;
+  double smallest_load = 0.0;
+};
+
+Simulator::Simulator(std::shared_ptr<const Anatomy> anatomy, const SettleOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(anatomy), options)) {}
+Simulator::~Simulator() = default;
+Simulator::Simulator(Simulator&&) noexcept = default;
+Simulator& Simulator::operator=(Simulator&&) noexcept = default;
+
+const Anatomy& Simulator::anatomy() const { return *impl_->anatomy; }
+
+FaceState Simulator::rest() const { return {0.0, 0.0, impl_->energy.lattice().rest_mm}; }
+
+SettleReport Simulator::settle(const Controls& controls, FaceState& state) {
+  Impl& impl = *impl_;
+  assert(state.positions_mm.size() == impl.known.size());
+  impl.check(controls);
+  SettleReport report;
+  const Controls from = impl.controls_of(state, controls);
+  if (!impl.walk(from, controls, Impl::parts_between(from, controls), state.positions_mm, report)) {
+    // Once more along a finer path from rest; keep whichever ends closer to equilibrium.
+    SettleReport again = report;
+    std::vector<Vec3> x = impl.energy.lattice().rest_mm;
+    const Controls zero = impl.zero_controls();
+    impl.walk(zero, controls, 3 * Impl::parts_between(zero, controls), x, again);
+    const bool better = again.residual < report.residual;
+    if (better) state.positions_mm = std::move(x);
+    report.iterations = again.iterations;
+    report.factorisations = again.factorisations;
+    report.converged = again.converged;
+    report.residual = std::min(again.residual, report.residual);
+  }
+  const FaceEnergy::VolumeReport volumes = impl.energy.volumes(state.positions_mm);
+  report.inverted_elements = volumes.inverted;
+  report.mean_volume_change = volumes.mean_change;
+  state.jaw_rad = controls.jaw_rad;
+  impl.known = state.positions_mm;
+  impl.known_controls = controls;
+  return report;
+}
+
+Eigen::MatrixXd Simulator::surface_sensitivity(const Controls& controls, const FaceState& state) {
+  Impl& impl = *impl_;
+  assert(state.positions_mm.size() == impl.known.size());
+  impl.check(controls);
+  impl.energy.set_controls(controls.contraction, controls.jaw_rad);
+  impl.solver.factor_at(state.positions_mm, impl.sensitivity_factor);
+  // H dx/dc = - d(grad E)/dc
+  Eigen::MatrixXd motion = impl.energy.control_forces(state.positions_mm);
+  impl.sensitivity_factor.solve(motion);
+  return motion.topRows(3 * impl.energy.lattice().num_columns);
+}
+
+void embed_skin(const Anatomy& anatomy, const FaceState& state, std::vector<Vec3>& skin_mm) {
+  const Embedding& embedding = anatomy.skin.embedding;
+  const std::vector<Vec3>& rest = anatomy.skin.mesh.positions_mm;
+  assert(embedding.begin.size() == rest.size() + 1);
+  const std::size_t n = anatomy.surface.positions_mm.size();
+  std::vector<Vec3> moved(n);
+  for (std::size_t j = 0; j < n; ++j) {
+    moved[j] = state.positions_mm[j] - anatomy.surface.positions_mm[j];
+  }
+  skin_mm.resize(rest.size());
+  for (std::size_t v = 0; v < rest.size(); ++v) {
+    Vec3 x = rest[v];
+    for (int k = embedding.begin[v]; k < embedding.begin[v + 1]; ++k) {
+      x += static_cast<double>(embedding.weight[k]) * moved[embedding.index[k]];
+    }
+    skin_mm[v] = x;
+  }
+}
+
+}  // namespace zygoma

@@ -1,0 +1,152 @@
+#include "face/solvers/equilibrium.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace zygoma {
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr std::size_t kHistory = 8;     // pairs kept by L-BFGS
+constexpr int kTrialSteps = 14;         // halvings of one line search
+constexpr double kLongestMoveMm = 6.0;  // of a node in one step
+constexpr double kArmijo = 1e-4;
+constexpr double kSlowShrink = 0.55;  // of the gradient per step: worse asks for a new factor
+constexpr int kTiredAfter = 7;        // steps of one solve on an old factor
+constexpr int kFreshSteps = 2;        // a new factor gets at least these before it is judged
+
+double largest_force(const VectorXd& gradient) {
+  double largest2 = 0.0;
+  for (Eigen::Index k = 0; k + 2 < gradient.size(); k += 3) {
+    largest2 = std::max(largest2, gradient.segment<3>(k).squaredNorm());
+  }
+  return std::sqrt(largest2);
+}
+
+std::vector<Vec3> surface_part(const std::vector<Vec3>& positions, int count) {
+  return {positions.begin(), positions.begin() + count};
+}
+
+}  // namespace
+
+EquilibriumSolver::EquilibriumSolver(const FaceEnergy& energy)
+    : energy_(energy),
+      hessian_(energy.make_pattern()),
+      factor_(surface_part(energy.lattice().rest_mm, energy.lattice().num_columns), hessian_) {}
+
+double EquilibriumSolver::factor_at(const std::vector<Vec3>& x, Factor& factor) {
+  energy_.hessian(x, hessian_);
+  if (factor.compute(hessian_, 0.0)) return 0.0;
+  double mean_diagonal = 0.0;
+  for (int v = 0; v < hessian_.num_columns; ++v) {
+    mean_diagonal += hessian_.diagonal(v).diagonal().cwiseAbs().mean();
+  }
+  mean_diagonal /= hessian_.num_columns;
+  double shift = 1e-3 * mean_diagonal;
+  while (!factor.compute(hessian_, shift)) {
+    shift *= 4.0;
+    assert(std::isfinite(shift));
+  }
+  return shift;
+}
+
+void EquilibriumSolver::refactor(const std::vector<Vec3>& x, EquilibriumReport& report) {
+  factor_at(x, factor_);
+  have_factor_ = true;
+  factor_tired_ = false;
+  history_.clear();
+  ++report.factorisations;
+}
+
+void EquilibriumSolver::prepare(const std::vector<Vec3>& x) {
+  EquilibriumReport unused;
+  refactor(x, unused);
+}
+
+VectorXd EquilibriumSolver::direction(const VectorXd& gradient) const {
+  VectorXd d = -gradient;
+  std::vector<double> share(history_.size());
+  for (std::size_t k = history_.size(); k-- > 0;) {
+    const Pair& pair = history_[k];
+    share[k] = pair.inverse_curvature * pair.step.dot(d);
+    d -= share[k] * pair.change;
+  }
+  factor_.solve(d);
+  for (std::size_t k = 0; k < history_.size(); ++k) {
+    const Pair& pair = history_[k];
+    d += (share[k] - pair.inverse_curvature * pair.change.dot(d)) * pair.step;
+  }
+  return d;
+}
+
+void EquilibriumSolver::remember(const VectorXd& step, const VectorXd& change) {
+  const double curvature = step.dot(change);
+  if (!(curvature > 1e-10 * step.norm() * change.norm())) return;
+  history_.push_back({step, change, 1.0 / curvature});
+  if (history_.size() > kHistory) history_.pop_front();
+}
+
+// Goes along d as far as the energy falls; false if it does not.
+bool EquilibriumSolver::search(std::vector<Vec3>& x, const VectorXd& d, double& taken) {
+  const double slope = gradient_.dot(d);
+  const double longest = largest_force(d);  // the same norm, of a motion
+  if (!(slope < 0.0) || !std::isfinite(longest)) return false;
+  const std::vector<Vec3> start = x;
+  const double norm = gradient_.norm();
+  VectorXd trial_gradient;
+  taken = std::min(1.0, kLongestMoveMm / longest);
+  for (int trial = 0; trial < kTrialSteps; ++trial, taken *= 0.5) {
+    for (Eigen::Index k = 0; 3 * k < d.size(); ++k) x[k] = start[k] + taken * d.segment<3>(3 * k);
+    const double value = energy_.evaluate(x, trial_gradient);
+    const bool falls = value <= value_ + kArmijo * taken * slope;
+    const bool at_rounding =
+        std::abs(taken * slope) < 1e-11 * (1.0 + std::abs(value_)) && trial_gradient.norm() <= norm;
+    if (!falls && !at_rounding) continue;
+    remember(taken * d, trial_gradient - gradient_);
+    value_ = value;
+    gradient_.swap(trial_gradient);
+    return true;
+  }
+  x = start;
+  return false;
+}
+
+EquilibriumReport EquilibriumSolver::solve(std::vector<Vec3>& x,
+                                           double tolerance_mn,
+                                           int max_iterations) {
+  EquilibriumReport report;
+  history_.clear();
+  value_ = energy_.evaluate(x, gradient_);
+  bool wants_factor = !have_factor_ || factor_tired_;
+  int steps_on_factor = 0;
+  int steps_on_old_factor = 0;
+  int slow_steps = 0;
+  while (true) {
+    report.residual_mn = largest_force(gradient_);
+    report.converged = report.residual_mn <= tolerance_mn;
+    if (report.converged || report.iterations >= max_iterations) break;
+    if (wants_factor) {
+      refactor(x, report);
+      wants_factor = false;
+      steps_on_factor = slow_steps = 0;
+    }
+    const double before = gradient_.norm();
+    double taken = 0.0;
+    if (!search(x, direction(gradient_), taken)) {
+      if (report.factorisations > 0 && steps_on_factor == 0) break;  // Newton's own direction fails
+      wants_factor = true;
+      continue;
+    }
+    ++report.iterations;
+    ++steps_on_factor;
+    if (report.factorisations == 0) ++steps_on_old_factor;
+    slow_steps = gradient_.norm() > kSlowShrink * before ? slow_steps + 1 : 0;
+    wants_factor = steps_on_factor >= kFreshSteps && (slow_steps >= 2 || taken < 0.5);
+  }
+  factor_tired_ = steps_on_old_factor > kTiredAfter;
+  return report;
+}
+
+}  // namespace zygoma
