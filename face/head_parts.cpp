@@ -86,8 +86,8 @@ Vec2 arch(double u, double half_width, double depth, double front_z) {
 }
 
 RigidPart teeth(const HeadShape& shape, bool upper) {
-  constexpr int kColumns = 169;
-  constexpr int kRows = 14;
+  constexpr int kColumns = 121;
+  constexpr int kRows = 11;
   RigidPart part;
   part.name = upper ? "teeth_upper" : "teeth_lower";
   part.bone = upper ? Bone::kSkull : Bone::kMandible;
