@@ -55,6 +55,6 @@ status=0
 "$root/build/release/zygoma" run "$video" "${options[@]}" || status=$?
 if [[ "$status" -eq 0 || "$status" -eq 130 ]]; then
   printf 'Results in %s:\n' "$output"
-  ls -1 -- "$output" | sed 's/^/  /'
+  for file in "$output"/*; do printf '  %s\n' "${file##*/}"; done
 fi
 exit "$status"

@@ -6,6 +6,7 @@
 #include <limits>
 #include <locale>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <sstream>
 
 #include "src/base/check.h"
@@ -366,6 +367,47 @@ TEST(InitialContoursTest, NamesFilePlaceAndValue) {
   expect(R"({"contours": {"nose_tip": [[0, 0], [1, 1e999]]}})", {"too large"});
   expect(R"({"frame": -1, "contours": {"nose_tip": [[0, 0], [1, 1]]}})", {"frame: '-1'"});
   expect(R"({"frame": 1.5, "contours": {"nose_tip": [[0, 0], [1, 1]]}})", {"frame: '1.5'"});
+}
+
+// Damaged files: either they still make sense or the complaint is an InputError of one line.
+TEST(DamagedFilesTest, AreReadOrRefusedButNeverAnythingElse) {
+  const ScratchFolder folder;
+  write_contractions_csv(folder / "contractions.csv", example_track());
+  write_contours_csv(folder / "contours.csv", example_contours());
+  const std::string contractions = bytes_of(folder / "contractions.csv");
+  const std::string contours = bytes_of(folder / "contours.csv");
+  const std::string json = R"({"frame": 3, "contours": {"nose_tip": [[1, 2], [3.5, 4e2]]}})";
+  std::mt19937 random(5);
+  int refused = 0;
+  const auto read_damaged = [&](std::string bytes, const auto& read) {
+    const int num_changes = 1 + static_cast<int>(random() % 4);
+    for (int i = 0; i < num_changes; ++i) {
+      const std::size_t at = random() % bytes.size();
+      const std::string_view likely = ",.-+0123456789enaix\n\"[]{}";
+      bytes[at] =
+          random() % 4 == 0 ? static_cast<char>(random()) : likely[random() % likely.size()];
+    }
+    if (random() % 8 == 0) bytes.resize(random() % bytes.size());
+    try {
+      read(folder.write("damaged", bytes));
+    } catch (const InputError& error) {
+      ++refused;
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+    }
+  };
+  for (int i = 0; i < 700; ++i) {
+    read_damaged(contractions, [](const std::string& path) {
+      for (const Contractions& frame : read_contractions_csv(path).frames) {
+        for (const double value : frame.value) ASSERT_TRUE(value >= 0.0 && value <= 1.0);
+      }
+    });
+    read_damaged(contours, [](const std::string& path) { read_contours_csv(path); });
+    read_damaged(json, [](const std::string& path) { read_initial_contours(path); });
+  }
+  EXPECT_GT(refused, 500);
+  EXPECT_LT(refused, 2000);
+  const std::string deep = "{\"contours\": {\"nose_tip\": " + std::string(200000, '[');
+  expect_complaint([&] { read_initial_contours(folder.write("deep", deep)); }, {"not valid JSON"});
 }
 
 TEST(AtomicFileTest, AppearsOnlyWhenCommitted) {

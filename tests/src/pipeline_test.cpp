@@ -35,9 +35,8 @@ Anatomy anatomy_of(const std::vector<std::string>& muscles) {
 
 TEST(Producer, HandsOverEverythingInOrder) {
   int next = 0;
-  Producer<int> numbers(2, [&]() -> std::optional<int> {
-    return next < 100 ? std::optional(next++) : std::nullopt;
-  });
+  Producer<int> numbers(
+      2, [&]() -> std::optional<int> { return next < 100 ? std::optional(next++) : std::nullopt; });
   for (int expected = 0; expected < 100; ++expected) ASSERT_EQ(numbers.next(), expected);
   EXPECT_EQ(numbers.next(), std::nullopt);
 }
