@@ -79,6 +79,7 @@ bool LipMap::learn(const cv::Mat& bgr, const std::vector<Point2>& upper_lip,
   mean_ = mean;
   whiten_ = whiten;
   scale_ = *middle / std::sqrt(-2.0F * std::log(1.0F - kLipLevel));
+  separation_ = static_cast<double>(*middle);
   learned_ = true;
   return true;
 }

@@ -1,6 +1,7 @@
 #include "tracker/mouth_model.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <initializer_list>
 
@@ -11,6 +12,9 @@ constexpr double kThreshold = 0.45;     // of the lip map (of one) between skin 
 constexpr double kUsualArea = 0.14;     // of a mouth, square eye distances
 constexpr double kRegionWeight = 1.5;
 constexpr int kColumns = 24;
+// How far a mouth goes from its rest, and how much that counts: enough to come home by.
+constexpr std::array<double, Mouth::kNumParameters> kMotion{0.1, 0.14, 0.05, 0.05, 0.1, 0.05, 0.06};
+constexpr double kRestWeight = 0.03;
 
 // Piecewise linear through (s, value) pairs.
 double through(std::initializer_list<Point2> knots, double s) {
@@ -50,8 +54,8 @@ double region_gain(const Evidence& evidence, const std::vector<double>& p) {
 }
 
 double mouth_evidence(const Evidence& evidence, const std::vector<double>& p, bool use_region) {
-  // An outline turned inside out is no mouth.
-  if (p[Mouth::kUpper] < 0.01 || p[Mouth::kLower] < 0.02) return -10.0;
+  // An outline turned inside out is no mouth, nor is one that takes in the chin.
+  if (p[Mouth::kUpper] < 0.01 || p[Mouth::kLower] < 0.02 || p[Mouth::kLower] > 0.62) return -10.0;
   const Mouth mouth{p};
   const double edges = evidence_under(evidence, kUpperLip, lip_nodes(mouth, true)) +
                        evidence_under(evidence, kLowerLip, lip_nodes(mouth, false));
@@ -85,7 +89,14 @@ Mouth follow_mouth(const Evidence& evidence, const Mouth& last, const Mouth& res
   family.spread = {0.05, 0.08, 0.04, 0.03, 0.05, 0.03, 0.03};
   family.reach = {0.25, 0.35, 0.2, 0.1, 0.2, 0.08, 0.15};
   family.prior_weight = 0.02;
-  family.evidence = [&](const std::vector<double>& p) { return mouth_evidence(evidence, p, true); };
+  family.evidence = [&](const std::vector<double>& p) {
+    double far = 0.0;
+    for (size_t i = 0; i < p.size(); ++i) {
+      const double z = (p[i] - rest.p[i]) / kMotion[i];
+      far += z * z;
+    }
+    return mouth_evidence(evidence, p, true) - 0.5 * kRestWeight * far;
+  };
   Mouth open = rest;
   open.p[Mouth::kLower] += 0.2;
   Mouth smile = rest;

@@ -74,6 +74,15 @@ std::vector<Point2> rigid_points() {
   return points;
 }
 
+// Spread of the second differences over the face: low in a blocky or blurred picture.
+double sharpness_of(const FaceChart& chart) {
+  cv::Mat curvature;
+  cv::Laplacian(chart.grey(cv::Rect(36, 44, 121, 180)), curvature, CV_32F);
+  cv::Scalar mean, spread;
+  cv::meanStdDev(curvature, mean, spread);
+  return spread[0];
+}
+
 void join_lip_ends(ContourNodes& contours) {
   const auto join = [](Point2& a, Point2& b) { a = b = 0.5 * (a + b); };
   join(contours[kUpperLip].front(), contours[kLowerLip].front());
@@ -99,6 +108,9 @@ struct Tracker::Impl {
   std::optional<ContourSet> given;  // by start_from, for the next frame
 
   bool tracking = false;
+  bool started_by_hand = false;
+  int age = 0;             // frames since the start
+  double sharpness = 0.0;  // of the chart it started on
   int coasted = 0;
   FaceChart last;
   ContourNodes contours;
@@ -113,6 +125,7 @@ struct Tracker::Impl {
   size_t num_keyframes_made = 0;
 
   void start(const Frame& frame);
+  void look_again(const Frame& frame);
   void restart_from(const FaceChart& chart);
   bool follow(const Frame& frame);
   bool follow_head(const Frame& frame, FaceChart& chart);
@@ -126,6 +139,18 @@ struct Tracker::Impl {
 
 void Tracker::Impl::start(const Frame& frame) {
   if (!finder) finder.emplace(options.cascade_folder);
+  const std::optional<FaceEyes> eyes = finder->find(frame.image);
+  if (!eyes) return;
+  restart_from(make_face_chart(frame.image, image_from_chart(eyes->right_px, eyes->left_px)));
+  started_by_hand = false;
+  age = 0;
+}
+
+// Video often opens with a few blocky frames. When the face has become clearly sharper since the
+// start, and its lips stand out better, the start is made again.
+void Tracker::Impl::look_again(const Frame& frame) {
+  if (started_by_hand || (age != 12 && age != 25)) return;
+  if (sharpness_of(last) < options.sharper * sharpness) return;
   const std::optional<FaceEyes> eyes = finder->find(frame.image);
   if (!eyes) return;
   restart_from(make_face_chart(frame.image, image_from_chart(eyes->right_px, eyes->left_px)));
@@ -145,6 +170,7 @@ void Tracker::Impl::restart_from(const FaceChart& chart) {
   for (auto& list : keyframes) list.clear();
   remember(chart);
   tracking = true;
+  sharpness = sharpness_of(chart);
   coasted = 0;
 }
 
@@ -279,6 +305,8 @@ bool Tracker::Impl::follow(const Frame& frame) {
   follow_contours(chart);
   remember(chart);
   last = chart;
+  ++age;
+  look_again(frame);
   return true;
 }
 

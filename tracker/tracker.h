@@ -21,6 +21,9 @@ struct TrackerOptions {
   // Share of the mouth model in where the lip contours are drawn to before they relax, the rest is
   // optical flow's, [0, 1]. Small: lips slip to inner edges; large: only symmetric mouths.
   double model_share = 0.5;
+  // The start is made again, once or twice in its first second, when the face has become sharper by
+  // this factor, > 1. Small: a needless jump; large: a start on blocky frames is never mended.
+  double sharper = 1.2;
   // A look at the mouth or the brows that resembles every remembered one less than this is
   // remembered too, (0, 1). Small: flow must bridge large changes; large: drift is remembered.
   double new_look_correlation = 0.85;
