@@ -13,7 +13,7 @@ namespace zygoma {
 namespace {
 
 constexpr double kLookAtY_mm = -28.0;  // between the pupils and the lips: centre of the picture
-constexpr double kPictureHeight_mm = 265.0;  // crown to below the chin
+constexpr double kPictureHeight_mm = 300.0;  // crown to below the chin
 constexpr double kReleasePerFrame = 0.85;    // of a contraction whose performer was lost
 
 struct SettledFrame {
