@@ -176,6 +176,7 @@ struct Renderer::Impl {
   std::vector<Colour> part_albedo;  // per vertex; unused for the skin
   std::vector<TextureLevel> levels;
   const TextureLevel* level = nullptr;
+  float skin_level = 1.0F;  // green of the skin in the middle of the face
   ToneCurve tone;
 
   Camera camera;
@@ -192,6 +193,7 @@ Renderer::Impl::Impl(std::shared_ptr<const Anatomy> anatomy_in, const RenderOpti
   load_meshes();
   build_scene();
   levels = texture_levels(anatomy->skin.albedo);
+  skin_level = std::max(1e-3F, bilinear(levels.back(), {0.5F, 0.5F}).y());
   place(anatomy->skin.mesh.positions_mm, 0.0);
   compute_rest_ambient();
 }
@@ -217,7 +219,7 @@ void Renderer::Impl::load_meshes() {
   num_skin_vertices = static_cast<int>(points.size());
   part_albedo.assign(num_skin_vertices, Colour::Zero());
   for (const RigidPart& part : anatomy->rigid_parts) {
-    append(part.mesh, part.bone, std::max(0.02F, part.gloss));
+    append(part.mesh, part.bone, part.gloss);
     part_albedo.insert(part_albedo.end(), part.albedo.begin(), part.albedo.end());
   }
   triangles_begin.assign(points.size() + 1, 0);
@@ -484,6 +486,8 @@ Colour Renderer::Impl::shade(const Hit& hit, const Shader& shader) const {
   if (part == 0) {
     const std::vector<Eigen::Vector2f>& uv = anatomy->skin.uv;
     point.albedo = bilinear(*level, w * uv[a] + hit.u * uv[b] + hit.v * uv[c]);
+    // Hair is dark against the skin around it, and rough: it does not shine like skin.
+    point.shine = std::clamp(1.4F * point.albedo.y() / skin_level - 0.25F, 0.12F, 1.0F);
   } else {
     point.albedo = w * part_albedo[a] + hit.u * part_albedo[b] + hit.v * part_albedo[c];
   }
