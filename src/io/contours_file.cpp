@@ -63,9 +63,8 @@ std::vector<Contour> lost_contours() {
 
 class ContoursReader {
  public:
-  explicit ContoursReader(const std::string& path) : table_(path, kKind) {
-    columns_ = table_.need(kColumns);
-  }
+  explicit ContoursReader(const std::string& path)
+      : table_(path, kKind, kColumns), columns_(table_.required()) {}
 
   std::vector<ContourSet> read() {
     for (int row = 0; row < table_.num_rows(); ++row) {

@@ -134,8 +134,8 @@ void append_row(std::string& text,
 
 class ContractionsReader {
  public:
-  explicit ContractionsReader(const std::string& path) : path_(path), table_(path, kKind) {
-    columns_ = table_.need(kColumns);
+  explicit ContractionsReader(const std::string& path)
+      : path_(path), table_(path, kKind, kColumns), columns_(table_.required()) {
     jaw_sigma_column_ = table_.find("jaw_sigma");
     find_muscles();
     for (const Feature& feature : kFeatureSchema) {
@@ -253,8 +253,8 @@ class ContractionsReader {
 
   std::string path_;
   CsvTable table_;
-  ContractionTrack track_;
   std::vector<int> columns_;
+  ContractionTrack track_;
   int jaw_sigma_column_ = -1;
   std::vector<int> value_columns_;
   std::vector<int> sigma_columns_;

@@ -94,7 +94,9 @@ std::string quote_value(std::string_view value) {
   return text + (value.size() > kLongest ? "...'" : "'");
 }
 
-CsvTable::CsvTable(const std::string& path, const std::string& kind)
+CsvTable::CsvTable(const std::string& path,
+                   const std::string& kind,
+                   const std::vector<std::string>& required_names)
     : path_(path), text_(read_text_file(path, kind)) {
   std::string_view rest = text_;
   if (rest.starts_with(kByteOrderMark)) rest.remove_prefix(kByteOrderMark.size());
@@ -108,10 +110,7 @@ CsvTable::CsvTable(const std::string& path, const std::string& kind)
     line_cells.clear();
     split_cells(line, line_cells);
     if (names_.empty()) {
-      names_.assign(line_cells.begin(), line_cells.end());
-      require(names_.size() > 1,
-              path + ":" + std::to_string(line_number) + ": " + quote_value(line) + ", expected " +
-                  kind + " whose first line names the columns, separated by commas");
+      set_names(line_cells, line_number, kind, required_names);
       continue;
     }
     require(line_cells.size() == names_.size(),
@@ -132,15 +131,22 @@ int CsvTable::find(std::string_view name) const {
   return -1;
 }
 
-std::vector<int> CsvTable::need(const std::vector<std::string>& names) const {
-  std::vector<int> columns;
+void CsvTable::set_names(const std::vector<std::string_view>& names,
+                         int line_number,
+                         const std::string& kind,
+                         const std::vector<std::string>& required_names) {
+  const std::string place = path_ + ":" + std::to_string(line_number) + ": ";
+  const std::string expected = ", expected " + kind;
+  names_.assign(names.begin(), names.end());
+  require(names_.size() > 1,
+          place + quote_value(names.front()) + expected +
+              " whose first line names the columns, separated by commas");
   std::string missing;
-  for (const std::string& name : names) {
-    columns.push_back(find(name));
-    if (columns.back() < 0) missing += (missing.empty() ? "" : ", ") + name;
+  for (const std::string& name : required_names) {
+    required_.push_back(find(name));
+    if (required_.back() < 0) missing += (missing.empty() ? "" : ", ") + name;
   }
-  require(missing.empty(), path_ + ":1: missing column " + missing);
-  return columns;
+  require(missing.empty(), place + "missing column " + missing + expected);
 }
 
 double CsvTable::number(int row, int column, double low, double high) const {

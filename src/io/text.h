@@ -28,9 +28,11 @@ std::string system_reason(int error_number);
 
 class CsvTable {
  public:
-  // Throws InputError unless there are a header, at least one row, and as many cells in every row
-  // as names in the header.
-  CsvTable(const std::string& path, const std::string& kind);
+  // Throws InputError unless there are a header with the names required, at least one row, and as
+  // many cells in every row as names in the header.
+  CsvTable(const std::string& path,
+           const std::string& kind,
+           const std::vector<std::string>& required_names);
 
   int num_rows() const { return static_cast<int>(line_numbers_.size()); }
   int num_columns() const { return static_cast<int>(names_.size()); }
@@ -38,8 +40,8 @@ class CsvTable {
 
   // The column of that name (case-insensitive), or -1.
   int find(std::string_view name) const;
-  // The columns of those names, in that order; throws InputError naming all that are missing.
-  std::vector<int> need(const std::vector<std::string>& names) const;
+  // The columns of the required names, in that order.
+  const std::vector<int>& required() const { return required_; }
 
   std::string_view cell(int row, int column) const { return cells_[row * names_.size() + column]; }
   bool empty(int row, int column) const { return cell(row, column).empty(); }
@@ -52,9 +54,15 @@ class CsvTable {
   [[noreturn]] void complain(int row, int column, const std::string& expected) const;
 
  private:
+  void set_names(const std::vector<std::string_view>& names,
+                 int line_number,
+                 const std::string& kind,
+                 const std::vector<std::string>& required_names);
+
   std::string path_;
   std::string text_;
   std::vector<std::string> names_;
+  std::vector<int> required_;
   std::vector<std::string_view> cells_;  // into text_, row by row
   std::vector<int> line_numbers_;
 };
