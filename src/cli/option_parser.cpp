@@ -1,0 +1,170 @@
+#include "src/cli/option_parser.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <functional>
+
+#include "src/base/check.h"
+
+namespace zygoma {
+namespace {
+
+// The shortest text that reads back as the same value, with a point in every locale.
+template <typename T>
+std::string shortest_text(T value) {
+  char buffer[64];
+  const auto result = std::to_chars(buffer, buffer + sizeof buffer, value);
+  return std::string(buffer, result.ptr);
+}
+
+template <typename T>
+bool parse_whole(const std::string& text, T& value) {
+  const char* first = text.data();
+  const char* last = first + text.size();
+  if (first != last && *first == '+') ++first;
+  const auto result = std::from_chars(first, last, value);
+  return result.ec == std::errc() && result.ptr == last && first != last;
+}
+
+template <typename T>
+bool bounded(Range<T> range) {
+  return range.low != Range<T>{}.low || range.high != Range<T>{}.high;
+}
+
+template <typename T>
+std::string range_text(Range<T> range) {
+  if (range.low == Range<T>{}.low) return "at most " + shortest_text(range.high);
+  if (range.high == Range<T>{}.high) return "at least " + shortest_text(range.low);
+  return "in [" + shortest_text(range.low) + ", " + shortest_text(range.high) + "]";
+}
+
+// "-o,--output" -> "--output"
+std::string long_name(const std::string& names) {
+  const auto comma = names.rfind(',');
+  return comma == std::string::npos ? names : names.substr(comma + 1);
+}
+
+std::string without_dashes(const std::string& name) {
+  const auto first = name.find_first_not_of('-');
+  return first == std::string::npos ? name : name.substr(first);
+}
+
+class Cli11Sink : public OptionSink {
+ public:
+  explicit Cli11Sink(CLI::App& app) : app_(app) {}
+
+  void positional(const char* name, std::string& value, const char* help) override {
+    add(name, value, name, help, {})->required();
+  }
+
+  void optional_positional(const char* name, std::string& value, const char* help) override {
+    add(name, value, name, help, {});
+  }
+
+  void text(const char* names, std::string& value, const char* kind, const char* help) override {
+    add(names, value, kind, help, {});
+  }
+
+  void choice(const char* names,
+              std::string& value,
+              std::vector<std::string> allowed,
+              const char* help) override {
+    std::string words;
+    for (const std::string& word : allowed) words += (words.empty() ? "" : " | ") + word;
+    const std::string name = long_name(names);
+    add(names, value, "WORD", std::string(help) + ": " + words, [=](const std::string& given) {
+      require(std::find(allowed.begin(), allowed.end(), given) != allowed.end(),
+              name + ": '" + given + "' is not one of " + words);
+    });
+  }
+
+  void integer(const char* names, int& value, Range<int> range, const char* help) override {
+    add_number(names, value, range, "INT", "a whole number", help);
+  }
+
+  void number(const char* names, double& value, Range<double> range, const char* help) override {
+    add_number(names, value, range, "NUMBER", "a number", help);
+  }
+
+  void flag(const char* names, bool& value, const char* help) override {
+    const CLI::callback_t given = [&value](const CLI::results_t&) { return value = true; };
+    app_.add_option(names, given, help)->type_size(0)->expected(0);
+    values_.push_back({long_name(names), [&value] { return value ? "true" : "false"; }});
+  }
+
+  std::vector<std::pair<std::string, std::string>> values() const {
+    std::vector<std::pair<std::string, std::string>> result;
+    for (const auto& [name, text] : values_) result.emplace_back(without_dashes(name), text());
+    return result;
+  }
+
+ private:
+  using Check = std::function<void(const std::string&)>;
+
+  CLI::Option* add(const std::string& names,
+                   std::string& value,
+                   const std::string& kind,
+                   const std::string& help,
+                   const Check& check) {
+    const std::string shown = value.empty() ? help : help + " (default " + value + ")";
+    const CLI::callback_t given = [&value, check](const CLI::results_t& results) {
+      if (check) check(results.back());
+      value = results.back();
+      return true;
+    };
+    values_.push_back({long_name(names), [&value] { return value; }});
+    return app_.add_option(names, given, shown)->type_name(kind);
+  }
+
+  template <typename T>
+  void add_number(const std::string& names,
+                  T& value,
+                  Range<T> range,
+                  const char* kind,
+                  const char* expected,
+                  const std::string& help) {
+    std::string shown = help + " (";
+    if (bounded(range)) shown += range_text(range) + ", ";
+    shown += "default " + shortest_text(value) + ")";
+    const std::string name = long_name(names);
+    const CLI::callback_t given = [&value, range, name, expected](const CLI::results_t& results) {
+      const std::string& text = results.back();
+      T parsed{};
+      const bool is_number =
+          parse_whole(text, parsed) && std::isfinite(static_cast<double>(parsed));
+      require(is_number, name + ": '" + text + "' is not " + expected);
+      require(parsed >= range.low && parsed <= range.high,
+              name + ": " + text + " is out of range, it must be " + range_text(range));
+      value = parsed;
+      return true;
+    };
+    app_.add_option(names, given, shown)->type_name(kind);
+    values_.push_back({name, [&value] { return shortest_text(value); }});
+  }
+
+  CLI::App& app_;
+  std::vector<std::pair<std::string, std::function<std::string()>>> values_;
+};
+
+}  // namespace
+
+ParsedOptions parse_options(Command& command, const std::vector<std::string>& arguments) {
+  CLI::App app(command.help(), "zygoma " + command.name());
+  app.set_help_flag("-h,--help", "Show this text");
+  Cli11Sink sink(app);
+  command.declare(sink);
+
+  const std::string advice = " (zygoma " + command.name() + " --help lists what it takes)";
+  try {
+    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
+  } catch (const CLI::CallForHelp&) {
+    return {app.help(), {}};
+  } catch (const CLI::ParseError& error) {
+    throw InputError(error.what() + advice);
+  }
+  return {"", sink.values()};
+}
+
+}  // namespace zygoma

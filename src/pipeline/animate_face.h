@@ -1,0 +1,61 @@
+// Last stage: contractions in, a video of the physical face out; beside the performer's video with
+// its contours when that is given.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "face/generic_head.h"
+#include "face/simulator.h"
+#include "src/base/stop.h"
+#include "src/io/video_writer.h"
+#include "src/pipeline/progress.h"
+#include "src/pipeline/stage_figures.h"
+#include "src/render/renderer.h"
+#include "tracker/contour_set.h"
+
+namespace zygoma {
+
+// The performer's video and its contours, drawn to the left of the face.
+struct Performance {
+  std::string video_path;
+  std::vector<ContourSet> contours;  // one per frame of the track
+};
+
+struct AnimateOptions {
+  int panel_height_px = 0;  // of every panel; 0: the video's, kept within [240, 720]
+  bool bars = true;         // a panel with one bar per muscle
+  RenderOptions render;
+  VideoWriterOptions encoding;
+};
+
+struct AnimationReport {
+  int num_frames = 0;
+  int frames_not_converged = 0;
+  int most_inverted_elements = 0;
+  double largest_volume_change = 0.0;  // over frames, of the mean |V - V0| / V0
+  bool stopped = false;
+  StageFigures figures;         // wall time of the whole stage
+  StageFigures settle_figures;  // time of the settling thread alone
+  StageFigures render_figures;
+};
+
+// One Controls per frame of the track for this face, muscles joined by name. Frames without values
+// relax towards rest from the last known ones, so that a lost face does not freeze in a grimace.
+// Throws InputError naming a muscle that the face does not have and a value outside [0, 1].
+std::vector<Controls> controls_for(const ContractionTrack& track, const Anatomy& anatomy);
+
+// Settles, draws and encodes every frame of the track into the file `output`. A stop leaves a valid
+// file with the frames done so far.
+AnimationReport animate_face(const ContractionTrack& track,
+                             Simulator& face,
+                             std::shared_ptr<const Anatomy> anatomy,
+                             const std::optional<Performance>& performance,
+                             const std::string& output,
+                             const AnimateOptions& options,
+                             Progress& progress,
+                             const StopQuestion& stop);
+
+}  // namespace zygoma

@@ -1,0 +1,117 @@
+#include "src/pipeline/overlay.h"
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+namespace zygoma {
+namespace {
+
+constexpr int kSubPixelShift = 4;  // cv::polylines takes fixed-point coordinates
+
+cv::Scalar confidence_colour(double confidence) {
+  const double c = std::clamp(confidence, 0.0, 1.0);
+  // Red (0) to yellow (0.5) to green (1), in BGR.
+  return {40.0, 255.0 * std::min(1.0, 2.0 * c), 255.0 * std::min(1.0, 2.0 - 2.0 * c)};
+}
+
+// "occipitofrontalis_inner_L" -> "occipitofrontalis inner": the pair's name, or nothing for _R.
+std::string pair_name(const std::string& muscle) {
+  if (!muscle.ends_with("_L")) return {};
+  std::string name = muscle.substr(0, muscle.size() - 2);
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
+}
+
+// Long anatomical names do not fit beside a face; the shortening keeps them recognisable.
+std::string short_name(std::string name) {
+  const std::pair<const char*, const char*> shorter[] = {
+      {"occipitofrontalis", "frontalis"},
+      {"levator labii superioris alaeque nasi", "levator al. nasi"},
+      {"levator labii superioris", "levator labii"},
+      {"depressor anguli oris", "depr. anguli"},
+      {"depressor labii inferioris", "depr. labii"},
+      {"corrugator supercilii", "corrugator"},
+      {"zygomaticus", "zygomatic"},
+  };
+  for (const auto& [from, to] : shorter) {
+    const std::size_t at = name.find(from);
+    if (at != std::string::npos) name.replace(at, std::string(from).size(), to);
+  }
+  return name;
+}
+
+void draw_bar(cv::Mat& bgr, const cv::Rect& box, double value, bool known) {
+  cv::rectangle(bgr, box, {70, 66, 62}, cv::FILLED);
+  if (!known) return;
+  cv::Rect filled = box;
+  filled.width = static_cast<int>(std::lround(box.width * std::clamp(value, 0.0, 1.0)));
+  if (filled.width > 0) cv::rectangle(bgr, filled, {120, 190, 245}, cv::FILLED);
+}
+
+}  // namespace
+
+void draw_contours(const ContourSet& contours, double scale, cv::Mat& bgr) {
+  const double fixed = scale * (1 << kSubPixelShift);
+  const double centre = 0.5 * (scale - 1.0) * (1 << kSubPixelShift);  // pixel centres, not corners
+  for (const Contour& contour : contours.contours) {
+    if (contour.lost()) continue;
+    std::vector<cv::Point> line;
+    line.reserve(contour.points_px.size());
+    for (const Point2& p : contour.points_px) {
+      line.emplace_back(static_cast<int>(std::lround(p.x() * fixed + centre)),
+                        static_cast<int>(std::lround(p.y() * fixed + centre)));
+    }
+    cv::polylines(bgr, line, false, {20, 20, 20}, 3, cv::LINE_AA, kSubPixelShift);
+    cv::polylines(
+        bgr, line, false, confidence_colour(contour.confidence), 1, cv::LINE_AA, kSubPixelShift);
+  }
+}
+
+void draw_contraction_bars(const std::vector<std::string>& muscles,
+                           const Contractions& contractions,
+                           cv::Mat& bgr) {
+  bgr.setTo(cv::Scalar(38, 35, 32));
+  std::vector<std::pair<std::string, std::size_t>> rows;  // pair name, index of the left muscle
+  for (std::size_t i = 0; i < muscles.size(); ++i) {
+    if (const std::string name = pair_name(muscles[i]); !name.empty()) rows.emplace_back(name, i);
+  }
+  const int num_rows = static_cast<int>(rows.size()) + 2;
+  const double row_px = static_cast<double>(bgr.rows) / num_rows;
+  const double font = std::clamp(row_px / 62.0, 0.3, 0.6);
+  const int margin = 8;
+  const int half = (bgr.cols - 3 * margin) / 2;
+  const int bar_px = std::max(3, static_cast<int>(row_px * 0.25));
+  const cv::Scalar ink(210, 208, 205);
+  const auto label = [&](const std::string& text, int x, double y) {
+    cv::putText(
+        bgr, text, {x, static_cast<int>(y)}, cv::FONT_HERSHEY_SIMPLEX, font, ink, 1, cv::LINE_AA);
+  };
+  const bool known = contractions.value.size() == muscles.size();
+
+  // The subject's right side is drawn on the left, as it is seen in the picture beside.
+  label("right", margin, row_px * 0.7);
+  label("left", 2 * margin + half, row_px * 0.7);
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    const auto& [name, left] = rows[row];
+    const double y = row_px * (static_cast<double>(row) + 1.0);
+    label(short_name(name), margin, y + row_px * 0.42);
+    const int bar_y = static_cast<int>(y + row_px * 0.56);
+    const auto mirrored = std::find(
+        muscles.begin(), muscles.end(), muscles[left].substr(0, muscles[left].size() - 1) + "R");
+    const double right_value =
+        known && mirrored != muscles.end() ? contractions.value[mirrored - muscles.begin()] : 0.0;
+    draw_bar(bgr, {margin, bar_y, half, bar_px}, right_value, known);
+    draw_bar(bgr,
+             {2 * margin + half, bar_y, half, bar_px},
+             known ? contractions.value[left] : 0.0,
+             known);
+  }
+  const double y = row_px * (num_rows - 1);
+  label("jaw", margin, y + row_px * 0.42);
+  draw_bar(bgr,
+           {margin, static_cast<int>(y + row_px * 0.56), bgr.cols - 2 * margin, bar_px},
+           contractions.jaw,
+           known);
+}
+
+}  // namespace zygoma

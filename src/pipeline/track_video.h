@@ -1,0 +1,33 @@
+// First stage: a video file in, the contours of every frame out.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "src/base/stop.h"
+#include "src/io/video_reader.h"
+#include "src/pipeline/progress.h"
+#include "src/pipeline/stage_figures.h"
+#include "tracker/tracker.h"
+
+namespace zygoma {
+
+struct TrackedVideo {
+  VideoInfo info;
+  std::vector<ContourSet> contours;  // one per decoded frame
+  std::vector<int> repaired_timestamps;
+  bool ended_early = false;  // the file holds fewer pictures than it claims
+  bool stopped = false;
+  int frames_with_face = 0;
+  StageFigures figures;
+};
+
+// `initial` replaces the automatic start. Decoding runs beside tracking.
+TrackedVideo track_video(const std::string& path,
+                         const std::optional<ContourSet>& initial,
+                         const TrackerOptions& options,
+                         Progress& progress,
+                         const StopQuestion& stop);
+
+}  // namespace zygoma
