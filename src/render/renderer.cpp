@@ -169,6 +169,8 @@ struct Renderer::Impl {
   std::vector<Point> normals;
   std::vector<float> rest_ambient;
   std::vector<std::uint8_t> in_hollow;  // vertices whose openness is found anew in each picture
+  std::vector<int> in_space_order;      // vertices along a Morton curve
+  std::vector<int> towards_key;         // seen, and not turned away from the key light
   std::vector<std::uint8_t> seen;       // vertices of triangles in this picture, and next to them
   std::vector<int> watched;             // seen, and in a hollow
   std::vector<float> ambient;
@@ -349,7 +351,26 @@ void Renderer::Impl::compute_rest_ambient() {
   ambient = rest_ambient;
   constexpr float kHollow = 0.30F;
   in_hollow.resize(points.size());
-  for (std::size_t v = 0; v < points.size(); ++v) in_hollow[v] = rest_ambient[v] < kHollow ? 1 : 0;
+  // Only the mouth opens and closes; other hollows keep what they have at rest.
+  const Point mouth(0.0F, -72.0F, 0.0F);
+  for (std::size_t v = 0; v < points.size(); ++v) {
+    const bool near = (points[v] - mouth).norm() < 42.0F;
+    in_hollow[v] = near && rest_ambient[v] < kHollow ? 1 : 0;
+  }
+  // Neighbours in space next to each other in memory keep packets of shadow rays together.
+  std::vector<std::pair<std::uint32_t, int>> codes;
+  for (std::size_t v = 0; v < points.size(); ++v) {
+    std::uint32_t code = 0;
+    for (int k = 0; k < 3; ++k) {
+      const float cell = std::clamp((points[v][k] + 400.0F) / 4.0F, 0.0F, 255.0F);
+      for (unsigned bit = 0; bit < 8; ++bit) {
+        code |= ((static_cast<unsigned>(cell) >> bit) & 1U) << (3 * bit + static_cast<unsigned>(k));
+      }
+    }
+    codes.emplace_back(code, static_cast<int>(v));
+  }
+  std::sort(codes.begin(), codes.end());
+  for (const auto& [code, v] : codes) in_space_order.push_back(v);
 }
 
 void Renderer::Impl::mark_seen() {
@@ -377,35 +398,38 @@ void Renderer::Impl::light_vertices(const Shader& shader) {
     for (int i = first; i < last; ++i) ambient[watched[i]] = open_share(watched[i], few, 70.0F);
   });
   if (!options.shadows) return;
-  // Two rays per vertex towards an area light; the same ray of the disk in every picture.
+  // A few rays per vertex towards an area light; the same ones in every picture.
   const Point l = shader.key_direction();
   Point t;
   Point b;
   frame_of(l, t, b);
-  constexpr float kLightSize = 0.11F;
-  constexpr int kRays = 4;
-  const int groups = (static_cast<int>(points.size()) * kRays + kPacket - 1) / kPacket;
+  constexpr float kLightSize = 0.10F;
+  constexpr int kRays = 2;
+  constexpr int kVertices = kPacket / kRays;  // in a packet
+  towards_key.clear();
+  for (const int v : in_space_order) {
+    if (seen[v] && normals[v].dot(l) > -0.15F) towards_key.push_back(v);
+  }
+  std::array<Point, 32> samples;  // of the light, pairs on opposite sides
+  for (int i = 0; i < 32; ++i) {
+    const float angle =
+        3.14159265F * (static_cast<float>(i % 2) + static_cast<float>(i / 2) / 16.0F);
+    const float radius =
+        kLightSize * (0.4F + 0.6F * static_cast<float>((5 * (i / 2)) % 16) / 15.0F);
+    samples[i] = (l + radius * (std::cos(angle) * t + std::sin(angle) * b)).normalized();
+  }
+  const int count = static_cast<int>(towards_key.size());
   std::vector<float> raw(points.size(), 0.0F);
-  in_parallel(groups, options.num_threads, [&](int first, int last) {
+  in_parallel((count + kVertices - 1) / kVertices, options.num_threads, [&](int first, int last) {
     for (int g = first; g < last; ++g) {
       alignas(64) RTCRay16 rays{};
       alignas(64) int valid[kPacket];
-      bool any = false;
       for (int i = 0; i < kPacket; ++i) {
-        const int v = (g * kPacket + i) / kRays;
-        const bool exists = v < static_cast<int>(points.size());
-        const Point& n = normals[exists ? v : 0];
-        const Point& p = points[exists ? v : 0];
-        const bool useful =
-            exists && n.dot(l) > -0.15F && n.dot(eye - p) > -0.2F * (eye - p).norm();
-        valid[i] = useful ? -1 : 0;
-        any = any || useful;
-        const float angle = 6.2832F * (static_cast<float>(i % kRays) / kRays +
-                                       static_cast<float>((v * 37) % 16) / 64.0F);
-        const float radius =
-            kLightSize * (0.45F + 0.55F * static_cast<float>((v * 13 + i * 5) % 8) / 7.0F);
-        const Point d = (l + radius * (std::cos(angle) * t + std::sin(angle) * b)).normalized();
-        const Point from = p + 0.4F * n;
+        const int item = g * kVertices + i % kVertices;
+        valid[i] = item < count ? -1 : 0;
+        const int v = towards_key[std::min(item, count - 1)];
+        const Point from = points[v] + 0.4F * normals[v];
+        const Point& d = samples[2 * ((v * 7) % 16) + i / kVertices];
         rays.org_x[i] = from.x();
         rays.org_y[i] = from.y();
         rays.org_z[i] = from.z();
@@ -416,25 +440,33 @@ void Renderer::Impl::light_vertices(const Shader& shader) {
         rays.tfar[i] = 400.0F;
         rays.mask[i] = 0xFFFFFFFFU;
       }
-      if (!any) continue;
       find_shadows(valid, scene, &rays);
       for (int i = 0; i < kPacket; ++i) {
-        if (valid[i] && rays.tfar[i] >= 0.0F) raw[(g * kPacket + i) / kRays] += 1.0F / kRays;
+        if (valid[i] == 0 || rays.tfar[i] < 0.0F) continue;
+        raw[towards_key[g * kVertices + i % kVertices]] += 1.0F / kRays;
       }
     }
   });
-  // A little blur along the mesh hides the few rays.
-  in_parallel(static_cast<int>(points.size()), options.num_threads, [&](int first, int last) {
-    for (int v = first; v < last; ++v) {
-      float sum = 2.0F * raw[v];
-      float weight = 2.0F;
-      for (int k = triangles_begin[v]; k < triangles_begin[v + 1]; ++k) {
-        for (const int u : triangles[triangles_of[k]]) sum += raw[u];
-        weight += 3.0F;
+  // Blurred twice along the mesh, to hide how few they are.
+  for (int round = 0; round < 2; ++round) {
+    in_parallel(static_cast<int>(points.size()), options.num_threads, [&](int first, int last) {
+      for (int v = first; v < last; ++v) {
+        if (!seen[v]) {
+          key[v] = raw[v];
+          continue;
+        }
+        float sum = 2.0F * raw[v];
+        float weight = 2.0F;
+        for (int k = triangles_begin[v]; k < triangles_begin[v + 1]; ++k) {
+          const auto& [p, q, r] = triangles[triangles_of[k]];
+          sum += raw[p] + raw[q] + raw[r];
+          weight += 3.0F;
+        }
+        key[v] = sum / weight;
       }
-      key[v] = sum / weight;
-    }
-  });
+    });
+    if (round == 0) raw.swap(key);
+  }
 }
 
 void Renderer::Impl::cast(const float (&x)[kPacket],
@@ -499,7 +531,7 @@ Colour Renderer::Impl::background(float y) const {
   const float t = y / static_cast<float>(std::max(1, camera.height_px - 1));
   const Colour srgb =
       lighting.background_top + t * (lighting.background_bottom - lighting.background_top);
-  return srgb.array().pow(2.2F).matrix();
+  return srgb.cwiseProduct(srgb);  // near enough to linear light for a backdrop
 }
 
 void Renderer::Impl::see_rows(int first, int last) {
@@ -538,27 +570,38 @@ void Renderer::Impl::smooth_edges(int first, int last, const Shader& shader) {
   float x[kPacket];
   float y[kPacket];
   Hit hit[kPacket];
+  std::size_t pixels[kPacket];
+  int waiting = 0;  // pixels in the packet
+  const auto flush = [&] {
+    cast(x, y, waiting * n, hit);
+    for (int p = 0; p < waiting; ++p) {
+      Colour sum = Colour::Zero();
+      for (int i = p * n; i < (p + 1) * n; ++i) {
+        const Colour c = hit[i].triangle >= 0 ? shade(hit[i], shader) : background(y[i]);
+        sum += c.cwiseMin(1.2F);
+      }
+      picture[pixels[p]] = sum / static_cast<float>(n);
+    }
+    waiting = 0;
+  };
+  std::fill(std::begin(x), std::end(x), 0.0F);
+  std::fill(std::begin(y), std::end(y), 0.0F);
   for (int row = first; row < last; ++row) {
     for (int column = 0; column < width; ++column) {
       const std::size_t pixel = std::size_t(row) * width + column;
       if (!edge[pixel]) continue;
-      for (int i = 0; i < kPacket; ++i) {  // a turned grid: n rows and n columns, one sample each
-        const int k = std::min(i, n - 1);
-        x[i] = static_cast<float>(column) - 0.5F +
-               (static_cast<float>(k) + 0.5F) / static_cast<float>(n);
+      for (int k = 0; k < n; ++k) {  // a turned grid: n rows and n columns, one sample each
         const int turned = (k * 2 + (k * 2) / n) % n;
-        y[i] = static_cast<float>(row) - 0.5F +
-               (static_cast<float>(turned) + 0.5F) / static_cast<float>(n);
+        x[waiting * n + k] = static_cast<float>(column) - 0.5F +
+                             (static_cast<float>(k) + 0.5F) / static_cast<float>(n);
+        y[waiting * n + k] = static_cast<float>(row) - 0.5F +
+                             (static_cast<float>(turned) + 0.5F) / static_cast<float>(n);
       }
-      cast(x, y, n, hit);
-      Colour sum = Colour::Zero();
-      for (int i = 0; i < n; ++i) {
-        const Colour c = hit[i].triangle >= 0 ? shade(hit[i], shader) : background(y[i]);
-        sum += c.cwiseMin(1.2F);
-      }
-      picture[pixel] = sum / static_cast<float>(n);
+      pixels[waiting++] = pixel;
+      if ((waiting + 1) * n > kPacket) flush();
     }
   }
+  if (waiting > 0) flush();
 }
 
 void Renderer::Impl::choose_texture_level() {
@@ -608,7 +651,7 @@ void Renderer::render(const std::vector<Vec3>& skin_mm,
       if (r.hits[p].triangle < 0) return false;
       const float a = r.picture[p].y();
       const float b = r.picture[q].y();
-      return std::abs(a - b) > 0.15F * (a + b) + 0.01F;
+      return std::abs(a - b) > 0.18F * (a + b) + 0.015F;
     };
     in_parallel(height, threads, [&](int first, int last) {
       for (int row = first; row < last; ++row) {
