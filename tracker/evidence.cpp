@@ -12,11 +12,12 @@ namespace {
 const cv::Rect kFaceBox(36, 44, 121, 180);
 const cv::Rect kLowerFace(36, 140, 121, 110);
 constexpr double kLineReach = 9.0;  // chart px above and below the corners of the mouth
-const cv::Rect kWholeChart(0, 0, kChartWidth, kChartHeight);
+const cv::Rect kChinBox(40, 186, 113, 86);
+const cv::Rect kHairBox(32, 0, 129, 84);
 
-// Adds to the map how much a pixel lies on a dark horizontal line: the positive second difference of
-// the smoothed brightness down the column, its strongest lines set to one.
-// Only near the row of the mouth's corners: the fold below the lower lip is a dark line too.
+// Adds to the map how much a pixel lies on a dark horizontal line: the positive second difference
+// of the smoothed brightness down the column, its strongest lines set to one. Only near the row of
+// the mouth's corners: the fold below the lower lip is a dark line too.
 void add_dark_lines(const cv::Mat& grey, double corner_row, cv::Mat& map) {
   cv::Mat smooth, curvature;
   cv::GaussianBlur(grey, smooth, cv::Size(), 2.0, 1.4);
@@ -25,7 +26,8 @@ void add_dark_lines(const cv::Mat& grey, double corner_row, cv::Mat& map) {
   const cv::Matx<float, 1, 1> one(1.0F);
   cv::sepFilter2D(smooth, curvature, CV_32F, one, second, {-1, -1}, 0, cv::BORDER_REPLICATE);
   std::vector<float> sorted(curvature.begin<float>(), curvature.end<float>());
-  const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(0.97 * static_cast<double>(sorted.size()));
+  const auto at =
+      sorted.begin() + static_cast<std::ptrdiff_t>(0.97 * static_cast<double>(sorted.size()));
   std::nth_element(sorted.begin(), at, sorted.end());
   const float unit = 255.0F / std::max(0.75F, *at);
   const int first = std::clamp(static_cast<int>(corner_row - kLineReach), 0, map.rows);
@@ -105,15 +107,15 @@ double Evidence::lip_column(double x, double top, double bottom) const {
 Evidence make_evidence(const FaceChart& chart, const LipMap& lips, const EvidenceOptions& options) {
   Evidence evidence;
   evidence.fine = PotentialField(chart.grey, kFaceBox, {options.fine_sigma_px, 0.95, 1.0});
-  evidence.coarse = PotentialField(chart.grey, kWholeChart, {options.coarse_sigma_px, 0.95, 1.0});
+  evidence.chin = PotentialField(chart.grey, kChinBox, {options.coarse_sigma_px, 0.95, 1.0});
+  evidence.hair = PotentialField(chart.grey, kHairBox, {options.coarse_sigma_px, 0.95, 1.0});
   cv::Mat map(chart.grey.size(), CV_32F, cv::Scalar(0.0));
   cv::Mat mouth = map(kLowerFace);
   lips.apply(chart.colour(kLowerFace)).copyTo(mouth);
   if (lips.learned()) {
-    const cv::Mat closed =
-        filled(mouth, static_cast<int>(options.nose_base_px + 0.08 * kChartEyeDistance) - kLowerFace.y);
-    closed.copyTo(mouth);
     add_dark_lines(chart.grey(kLowerFace), options.mouth_line_px - kLowerFace.y, mouth);
+    const double first_row = options.nose_base_px + 0.08 * kChartEyeDistance - kLowerFace.y;
+    filled(mouth, static_cast<int>(first_row)).copyTo(mouth);
     cv::Mat whole = cv::Mat::zeros(map.size(), CV_32F);
     mouth.copyTo(whole(kLowerFace));
     evidence.lip_sums = column_sums(whole);
@@ -143,10 +145,10 @@ ContourLandscape::ContourLandscape(const Evidence& evidence,
       terms_ = {{&evidence.fine, 0.5, 0.0}};
       break;
     case kChinBoss:
-      terms_ = {{&evidence.coarse, 1.0, -1.0}};
+      terms_ = {{&evidence.chin, 1.0, -1.0}};
       break;
     case kHairline:
-      terms_ = {{&evidence.coarse, 1.0, 0.0}};
+      terms_ = {{&evidence.hair, 1.0, 0.0}};
       break;
     case kNumFeatures:
       break;

@@ -8,8 +8,8 @@
 //   furrow    a weak dark line, if there is one
 //   hairline  the strongest edge between skin and hair, either sign
 //
-// The lip map takes in the dark line between the lips, which reaches further into the corners of the
-// mouth than the colour of the lips does.
+// The lip map takes in the dark line between the lips, which reaches further into the corners of
+// the mouth than the colour of the lips does.
 //
 // Pseudo-hue parts lip from skin where brightness does not (Eveno, Caplier & Coulon 2004); both
 // together serve pale and dark skin. Each contour's landscape is a sum of such terms, every term
@@ -45,10 +45,11 @@ using ContourNodes = std::array<std::vector<Point2>, kNumFeatures>;  // chart px
 
 // The landscapes of one chart.
 struct Evidence {
-  PotentialField fine;    // brightness, small scale: brows, nose, lips
-  PotentialField coarse;  // brightness, large scale: chin, hairline
-  PotentialField lips;    // the lip map
-  cv::Mat lip_sums;       // the filled lip map (of one) summed down each column, row r: above r
+  PotentialField fine;  // brightness, small scale: brows, nose, lips
+  PotentialField chin;  // brightness, large scale, about the chin
+  PotentialField hair;  // the same about the hairline
+  PotentialField lips;  // the lip map
+  cv::Mat lip_sums;     // the filled lip map (of one) summed down each column, row r: above r
 
   // Integral of the lip map down a column between two heights, chart px.
   double lip_column(double x, double top, double bottom) const;
@@ -62,7 +63,8 @@ struct EvidenceOptions {
   double mouth_line_px = 177.6;  // chart row of the corners of the mouth: dark lines count near it
 };
 
-Evidence make_evidence(const FaceChart& chart, const LipMap& lips,
+Evidence make_evidence(const FaceChart& chart,
+                       const LipMap& lips,
                        const EvidenceOptions& options = {});
 
 // The landscape of one contour about its present nodes: their normals fix the polarity.

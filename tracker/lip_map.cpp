@@ -8,9 +8,9 @@
 namespace zygoma {
 namespace {
 
-constexpr size_t kFewest = 60;           // pixels of either class
-constexpr float kLipLevel = 0.85F;       // of the map at the typical lip
-constexpr float kLeastDistance = 1.2F;   // of the typical lip from skin, in spreads
+constexpr size_t kFewest = 60;          // pixels of either class
+constexpr float kLipLevel = 0.85F;      // of the map at the typical lip
+constexpr float kLeastDistance = 1.2F;  // of the typical lip from skin, in spreads
 
 // Pseudo-hue, share of blue, brightness: all about [0, 1]. The constants keep near-black pixels,
 // whose colour is noise, neutral.
@@ -18,19 +18,24 @@ Eigen::Vector3f features(const cv::Vec3b& bgr) {
   const float blue = bgr[0];
   const float green = bgr[1];
   const float red = bgr[2];
-  return {(red + 8.0F) / (red + green + 16.0F), (blue + 6.0F) / (red + green + blue + 18.0F),
+  return {(red + 8.0F) / (red + green + 16.0F),
+          (blue + 6.0F) / (red + green + blue + 18.0F),
           (0.3F * red + 0.6F * green + 0.1F * blue) / 255.0F};
 }
 
 // The outline grown about its middle, as a mask.
-cv::Mat grown(const cv::Size& size, const std::vector<Point2>& outline, double factor, double more_px) {
+cv::Mat grown(const cv::Size& size,
+              const std::vector<Point2>& outline,
+              double factor,
+              double more_px) {
   Point2 middle = Point2::Zero();
   for (const Point2& p : outline) middle += p / static_cast<double>(outline.size());
   std::vector<cv::Point> polygon;
   for (const Point2& p : outline) {
     const Point2 out = p - middle;
     const Point2 q = middle + factor * out + more_px * out.normalized();
-    polygon.emplace_back(static_cast<int>(std::lround(q.x())), static_cast<int>(std::lround(q.y())));
+    polygon.emplace_back(static_cast<int>(std::lround(q.x())),
+                         static_cast<int>(std::lround(q.y())));
   }
   cv::Mat mask = cv::Mat::zeros(size, CV_8U);
   cv::fillPoly(mask, std::vector<std::vector<cv::Point>>{polygon}, cv::Scalar(255));
@@ -39,7 +44,8 @@ cv::Mat grown(const cv::Size& size, const std::vector<Point2>& outline, double f
 
 }  // namespace
 
-bool LipMap::learn(const cv::Mat& bgr, const std::vector<Point2>& upper_lip,
+bool LipMap::learn(const cv::Mat& bgr,
+                   const std::vector<Point2>& upper_lip,
                    const std::vector<Point2>& lower_lip) {
   std::vector<Point2> outline = upper_lip;
   outline.insert(outline.end(), lower_lip.rbegin(), lower_lip.rend());
@@ -92,9 +98,9 @@ cv::Mat LipMap::apply(const cv::Mat& bgr) const {
     float* out = map.ptr<float>(row);
     for (int column = 0; column < bgr.cols; ++column) {
       const Eigen::Vector3f f = features(in[column]);
-      out[column] =
-          learned_ ? 255.0F * (1.0F - std::exp(-0.5F * (scaled * (f - mean_)).squaredNorm()))
-                   : 255.0F * f[0];
+      out[column] = learned_
+                        ? 255.0F * (1.0F - std::exp(-0.5F * (scaled * (f - mean_)).squaredNorm()))
+                        : 255.0F * f[0];
     }
   }
   return map;

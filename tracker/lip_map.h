@@ -23,7 +23,8 @@ class LipMap {
  public:
   // Learns skin from the ring about the mouth and c from the lips; chart pixels. False, and
   // unchanged, if there is too little to learn from or lips do not differ from skin at all.
-  bool learn(const cv::Mat& bgr, const std::vector<Point2>& upper_lip,
+  bool learn(const cv::Mat& bgr,
+             const std::vector<Point2>& upper_lip,
              const std::vector<Point2>& lower_lip);
   bool learned() const { return learned_; }
   // How far the lips learned from are from the skin, in spreads of the skin.

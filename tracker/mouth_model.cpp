@@ -8,8 +8,8 @@
 namespace zygoma {
 namespace {
 
-constexpr double kThreshold = 0.45;     // of the lip map (of one) between skin and mouth
-constexpr double kUsualArea = 0.14;     // of a mouth, square eye distances
+constexpr double kThreshold = 0.45;  // of the lip map (of one) between skin and mouth
+constexpr double kUsualArea = 0.14;  // of a mouth, square eye distances
 constexpr double kRegionWeight = 1.5;
 constexpr int kColumns = 24;
 // How far a mouth goes from its rest, and how much that counts: enough to come home by.
@@ -33,11 +33,13 @@ double through(std::initializer_list<Point2> knots, double s) {
 Point2 outline(const std::vector<double>& p, bool upper, double s) {
   const double q = std::abs(s);
   const double rise =
-      upper ? -p[Mouth::kUpper] * through({{0, 0.86}, {0.26, 1.0}, {0.55, 0.78}, {0.8, 0.42}, {1, 0}}, q)
-            : p[Mouth::kLower] * through({{0, 1.0}, {0.28, 0.96}, {0.6, 0.72}, {0.8, 0.44}, {1, 0}}, q);
-  return chart_point(p[Mouth::kMiddle] + p[Mouth::kHalfWidth] * s,
-                     p[Mouth::kHeight] + rise + p[Mouth::kTilt] * s +
-                         p[Mouth::kBend] * (1.0 - s * s));
+      upper ? -p[Mouth::kUpper] *
+                  through({{0, 0.86}, {0.26, 1.0}, {0.55, 0.78}, {0.8, 0.42}, {1, 0}}, q)
+            : p[Mouth::kLower] *
+                  through({{0, 1.0}, {0.28, 0.96}, {0.6, 0.72}, {0.8, 0.44}, {1, 0}}, q);
+  return chart_point(
+      p[Mouth::kMiddle] + p[Mouth::kHalfWidth] * s,
+      p[Mouth::kHeight] + rise + p[Mouth::kTilt] * s + p[Mouth::kBend] * (1.0 - s * s));
 }
 
 double region_gain(const Evidence& evidence, const std::vector<double>& p) {
@@ -105,8 +107,8 @@ Mouth follow_mouth(const Evidence& evidence, const Mouth& last, const Mouth& res
   smile.p[Mouth::kBend] += 0.06;
   Mouth best = last;
   double best_score = -1e300;
-  for (const Mouth* start : {&last, &rest, static_cast<const Mouth*>(&open),
-                             static_cast<const Mouth*>(&smile)}) {
+  for (const Mouth* start :
+       {&last, &rest, static_cast<const Mouth*>(&open), static_cast<const Mouth*>(&smile)}) {
     const std::vector<double> p =
         climb(family, start->p, start == &last ? 0.16 : 0.12, start == &last ? 0.005 : 0.02);
     const double value = shape_score(family, p);

@@ -15,7 +15,9 @@ double shape_score(const ShapeFamily& family, const std::vector<double>& p) {
   return family.evidence(p) - 0.5 * family.prior_weight * penalty;
 }
 
-std::vector<double> climb(const ShapeFamily& family, std::vector<double> place, double coarse,
+std::vector<double> climb(const ShapeFamily& family,
+                          std::vector<double> place,
+                          double coarse,
                           double fine) {
   constexpr int kSweeps = 4;
   double value = shape_score(family, place);
@@ -57,8 +59,8 @@ std::vector<double> search(const ShapeFamily& family) {
       if (p.size() < 2) break;
     }
   }
-  std::stable_sort(starts.begin(), starts.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::stable_sort(
+      starts.begin(), starts.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   starts.resize(std::min(kStarts, starts.size()));
   std::vector<double> best = family.usual;
   double best_score = shape_score(family, best);

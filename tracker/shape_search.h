@@ -21,7 +21,9 @@ struct ShapeFamily {
 double shape_score(const ShapeFamily& family, const std::vector<double>& p);
 
 // Climbs from `start` with steps that shrink from `coarse` to `fine` (shares of the reach).
-std::vector<double> climb(const ShapeFamily& family, std::vector<double> start, double coarse,
+std::vector<double> climb(const ShapeFamily& family,
+                          std::vector<double> start,
+                          double coarse,
                           double fine);
 
 // The best over the whole reach: a grid in the first two parameters, then climbs from its best.
