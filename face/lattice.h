@@ -27,14 +27,14 @@ struct TissueLayer {
   double bottom_share = 1.0;  // of the tissue depth; the last layer ends at 1 = bone
   double modulus_kpa = 10.0;  // E; only ratios between layers and muscles matter
   double stiff_ratio = 1.0;   // beta / alpha; 1 = single phase, 10+ makes Newton work hard
-  double bulk_ratio = 20.0;   // K / E; below 5 tissue loses volume, above 100 it locks
+  double bulk_ratio = 8.0;    // K / E; below 3 tissue loses volume, above 20 Newton crawls
 };
 
 struct LatticeOptions {
   std::vector<TissueLayer> layers{
-      {"dermis", 0.22, 30.0, 4.0, 20.0},
-      {"fat", 0.67, 10.0, 4.0, 40.0},
-      {"muscle", 1.0, 4.0, 1.0, 60.0},
+      {"dermis", 0.22, 30.0, 4.0, 5.0},
+      {"fat", 0.67, 10.0, 4.0, 8.0},
+      {"muscle", 1.0, 4.0, 1.0, 10.0},
   };
   double epidermis_modulus_kpa = 120.0;
   double epidermis_thickness_mm = 0.15;
