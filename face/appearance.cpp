@@ -67,18 +67,17 @@ struct Spot {
   double red, green, blue;
 };
 constexpr Spot kSpots[] = {
-    {37, -33, 17, 14, 1.02, 0.885, 0.875},  // cheeks
-    {0, -38, 10, 10, 1.02, 0.89, 0.88},     // tip of the nose
-    {14, -40, 6, 7, 0.99, 0.87, 0.86},      // wings
-    {0, -95, 16, 11, 1.01, 0.95, 0.94},     // chin
-    {0, 48, 46, 22, 1.02, 1.02, 0.99},      // forehead
-    {31, -13, 13, 5, 0.95, 0.90, 0.92},     // under the eyes
-    {33, 9, 16, 6, 0.90, 0.83, 0.81},       // upper lids
-    {16, 3, 6, 9, 0.92, 0.87, 0.87},        // beside the root of the nose
-    {44, -1, 7, 5, 0.94, 0.87, 0.85},       // outer corners
-    {0, -54, 24, 7, 0.985, 0.96, 0.95},     // above the lips
-    {0, -84, 14, 3.5, 0.94, 0.91, 0.90},    // under the lower lip
-    {62, -75, 22, 26, 0.97, 0.95, 0.95},    // side of the jaw
+    {39, -31, 21, 16, 1.01, 0.935, 0.93},   // cheeks
+    {0, -38, 9, 8, 1.01, 0.93, 0.925},      // tip of the nose
+    {13, -41, 6, 6, 1.00, 0.93, 0.925},     // wings
+    {0, -96, 18, 11, 1.01, 0.965, 0.96},    // chin
+    {0, 48, 50, 22, 1.01, 1.01, 0.99},      // forehead
+    {31, -13, 13, 5, 0.955, 0.91, 0.92},    // under the eyes
+    {33, 10, 16, 6, 0.92, 0.86, 0.84},      // upper lids
+    {15, 4, 6, 8, 0.93, 0.89, 0.89},        // beside the root of the nose
+    {0, -54, 24, 7, 0.99, 0.97, 0.965},     // above the lips
+    {0, -84, 14, 3.5, 0.95, 0.92, 0.91},    // under the lower lip
+    {62, -75, 22, 26, 0.975, 0.96, 0.955},  // side of the jaw
 };
 
 class Painter {
@@ -89,11 +88,24 @@ class Painter {
   }
 
   void ground() {
+    // The frontal picture is smooth over the texture: known on a grid, linear between.
+    constexpr int kStep = 8;
+    const int nodes = size_ / kStep + 2;
+    std::vector<Vec2> grid;
+    for (int j = 0; j < nodes; ++j) {
+      for (int i = 0; i < nodes; ++i) {
+        grid.push_back(shape_.front_from_domain(domain_of_texel(i * kStep, j * kStep)));
+      }
+    }
     for (int row = 0; row < size_; ++row) {
       for (int column = 0; column < size_; ++column) {
-        const Eigen::Vector2f uv((static_cast<float>(column) + 0.5F) / static_cast<float>(size_),
-                                 (static_cast<float>(row) + 0.5F) / static_cast<float>(size_));
-        canvas_[std::size_t(row) * size_ + column] = ground_colour(domain_from_uv(uv));
+        const Vec2* at = grid.data() + (row / kStep) * nodes + column / kStep;
+        const double u = (column % kStep) / static_cast<double>(kStep);
+        const double v = (row % kStep) / static_cast<double>(kStep);
+        const Vec2 front = (1 - v) * ((1 - u) * at[0] + u * at[1]) +
+                           v * ((1 - u) * at[nodes] + u * at[nodes + 1]);
+        canvas_[std::size_t(row) * size_ + column] =
+            ground_colour(domain_of_texel(column, row), front);
       }
     }
   }
@@ -108,6 +120,7 @@ class Painter {
       for (int i = 0; i < 620; ++i) {
         const double s = dice();
         const double v = dice();
+        if (dice() > 0.30 + 0.70 * smooth_step(-0.02, 0.22, s)) continue;  // thin at the inner end
         const double x = first - 0.8 + s * (last - first - 3.0);
         const double low = lower(x);
         const double high = upper(x);
@@ -122,7 +135,7 @@ class Painter {
         const double room =
             (upper(x + length * along.x()) + 0.3 - root.y()) / std::max(0.05, along.y());
         if (along.y() > 0.0) length = std::min(length, std::max(1.5, room));
-        stroke(side, root, along, length, 0.26 * (1.0 - 0.3 * s), dice.between(0.35, 0.75), dark_);
+        stroke(side, root, along, length, 0.26 * (1.0 - 0.3 * s), dice.between(0.25, 0.65), dark_);
       }
     }
   }
@@ -189,7 +202,9 @@ class Painter {
     for (const Spot& spot : kSpots) {
       const double dx = (x - spot.x) / spot.radius_x;
       const double dy = (front.y() - spot.y) / spot.radius_y;
-      const float w = static_cast<float>(std::exp(-dx * dx - dy * dy));
+      const double far = dx * dx + dy * dy;
+      if (far > 8.0) continue;
+      const float w = static_cast<float>(std::exp(-far));
       colour = colour.cwiseProduct(Colour(1.0F + w * static_cast<float>(spot.red - 1.0),
                                           1.0F + w * static_cast<float>(spot.green - 1.0),
                                           1.0F + w * static_cast<float>(spot.blue - 1.0)));
@@ -222,32 +237,36 @@ class Painter {
     // Paler roll around the red, and the dark line between the lips.
     colour *=
         static_cast<float>(1.0 + 0.035 * bump((out - 1.6) / 1.0) * smooth_step(26.0, 22.0, x));
-    const double slit = bump(d / 0.9) * smooth_step(27.4, 25.0, x);
+    const double slit = bump(d / 0.7) * smooth_step(27.4, 25.0, x);
     colour =
-        mix(colour, identity_.skin_tone.cwiseProduct(Colour(0.36F, 0.17F, 0.17F)), 0.85 * slit);
+        mix(colour, identity_.skin_tone.cwiseProduct(Colour(0.36F, 0.17F, 0.17F)), 0.6 * slit);
     const double corner = bump(std::hypot((x - 26.3) / 2.6, d / 1.5));
     colour *= static_cast<float>(1.0 - 0.28 * corner);
   }
 
   void lid_colours(const Vec2& front, Colour& colour) const {
     const double s = (front.x() - 17.4) / (44.6 - 17.4);
-    if (s < -0.12 || s > 1.15 || std::abs(front.y()) > 20.0) return;
+    if (s < -0.2 || s > 1.3 || std::abs(front.y()) > 20.0) return;
     const double t = std::clamp(s, 0.0, 1.0);
     const double past = std::max({0.0, front.x() - 44.6, 17.4 - front.x()});
     const double above = std::hypot(front.y() - lid_margin(t, +1).y(), 1.6 * past);
     const double below = std::hypot(lid_margin(t, -1).y() - front.y(), 1.6 * past);
     const Colour lash = identity_.hair_tone * 0.45F;
     colour = mix(colour, lash, 0.85 * smooth_step(1.5, 0.3, above) * smooth_step(-0.05, 0.2, s));
-    const Colour pink = identity_.skin_tone.cwiseProduct(Colour(0.92F, 0.66F, 0.64F));
-    colour = mix(colour, pink, 0.8 * smooth_step(1.2, 0.3, below));
+    const Colour pink = identity_.skin_tone.cwiseProduct(Colour(0.93F, 0.74F, 0.72F));
+    colour = mix(colour, pink, 0.7 * smooth_step(1.2, 0.3, below));
     colour = mix(colour, lash, 0.45 * bump((below - 1.3) / 0.8) * smooth_step(0.1, 0.6, s));
     // The crease.
     const double crease = front.y() - lid_margin(t, +1).y() - 5.6;
-    colour *= static_cast<float>(1.0 - 0.20 * bump(crease / 1.1) * smooth_step(0.0, 0.3, s));
+    colour *= static_cast<float>(1.0 - 0.20 * bump(crease / 1.1) * smooth_step(0.0, 0.3, s) * smooth_step(1.12, 0.75, s));
   }
 
-  Colour ground_colour(const Vec2& domain) const {
-    const Vec2 front = shape_.front_from_domain(domain);
+  Vec2 domain_of_texel(int column, int row) const {
+    return domain_from_uv({(static_cast<float>(column) + 0.5F) / static_cast<float>(size_),
+                           (static_cast<float>(row) + 0.5F) / static_cast<float>(size_)});
+  }
+
+  Colour ground_colour(const Vec2& domain, const Vec2& front) const {
     Colour colour = skin_colour(domain, front);
     const bool in_front = std::abs(domain.x()) < 75.0 && domain.y() < 60.0 && domain.y() > -120.0;
     if (in_front) {
@@ -257,20 +276,20 @@ class Painter {
       const double dark = bump(std::hypot(nostril.x() / 3.3, nostril.y() / 1.7));
       colour =
           mix(colour, identity_.skin_tone.cwiseProduct(Colour(0.20F, 0.10F, 0.09F)), 0.9 * dark);
-      const Vec2 wing = front - Vec2(17.6, -40.0);
-      colour *= static_cast<float>(1.0 - 0.14 * bump(std::hypot(wing.x() / 1.6, wing.y() / 6.0)));
       // Skin under the brow hairs.
       static const FunctionCurve upper(brow_upper_edge());
       static const FunctionCurve lower(brow_lower_edge());
       const double x = front.x();
       const double inside = std::min(upper(x) - front.y(), front.y() - lower(x));
-      const double ends = smooth_step(9.5, 15.0, x) * smooth_step(54.5, 50.0, x);
-      colour = mix(colour, dark_, 0.42 * smooth_step(-0.6, 1.8, inside) * ends);
+      const double ends = smooth_step(8.5, 19.0, x) * smooth_step(55.0, 46.0, x);
+      colour = mix(colour, dark_, 0.36 * smooth_step(-0.8, 2.2, inside) * ends);
     }
     return hair(domain, colour);
   }
 
   Colour hair(const Vec2& domain, const Colour& skin) const {
+    const double thick = shape_.hair_mm(domain);
+    if (thick <= 0.0) return skin;
     // Strands run away from the face.
     const Vec2 from_face = domain - Vec2(0.0, 5.0);
     const double angle = std::atan2(from_face.x(), from_face.y());
@@ -280,7 +299,6 @@ class Painter {
     const double strand = 0.55 * noise(wave * 130.0, radius / 34.0, seed + 12) +
                           0.45 * noise(wave * 320.0, radius / 22.0, seed + 13);
     const double lock = noise(wave * 26.0, radius / 60.0, seed + 14);
-    const double thick = shape_.hair_mm(domain);
     const double cover =
         smooth_step(0.10, 1.3, thick + 0.45 * strand * smooth_step(0.0, 0.4, thick));
     Colour colour = identity_.hair_tone *

@@ -10,6 +10,7 @@
 #include "face/head_parts.h"
 #include "face/head_shape.h"
 #include "face/head_skin.h"
+#include "face/muscle_table.h"
 #include "src/base/check.h"
 
 namespace zygoma {
@@ -102,6 +103,46 @@ Region region_of(const HeadShape& shape, const DomainPoint& point, const Vec2& f
   return Region::kFace;
 }
 
+// Carries the muscle table's canonical face onto this head's frontal picture: landmarks to
+// landmarks, their displacements blended by inverse distance, then the shape and its identity.
+struct LandmarkPair {
+  double from_x, from_y, to_x, to_y;
+};
+constexpr std::array<LandmarkPair, 11> kLandmarks{{
+    {31.5, 0, 31.5, 0},
+    {8, 16, 10.5, 17},
+    {35, 16, 35, 23},
+    {58, 20, 54, 19.5},
+    {17, -44, 17, -42},
+    {28, -77, 25.4, -70.4},
+    {0, -76, 0, -69},
+    {0, -118, 0, -99},
+    {0, -128, 0, -109},
+    {67, -13, 68, -14},
+    {0, 76, 0, 75},
+}};
+
+Vec2 head_from_canonical(const HeadShape& shape, const Vec2& canonical) {
+  Vec2 shift = Vec2::Zero();
+  double total = 0.0;
+  for (const LandmarkPair& pair : kLandmarks) {
+    for (const double side : {1.0, -1.0}) {
+      const Vec2 from(side * pair.from_x, pair.from_y);
+      const Vec2 by(side * (pair.to_x - pair.from_x), pair.to_y - pair.from_y);
+      const double w = 1.0 / (1e-6 + std::pow((canonical - from).norm(), 3.0));
+      shift += w * by;
+      total += w;
+    }
+  }
+  const Vec2 front = canonical + shift / total;
+  const double x = std::min(std::abs(front.x()), 66.0);
+  DomainPoint point{shape.domain_from_front({x, front.y()})};
+  Vec2 head = shape.position(point).head<2>();
+  head.x() += std::abs(front.x()) - x;
+  if (front.x() < 0.0) head.x() = -head.x();
+  return head;
+}
+
 SurfaceMesh lifted(const HeadShape& shape, const DomainMesh& domain) {
   SurfaceMesh mesh;
   mesh.triangles = domain.triangles;
@@ -154,6 +195,8 @@ Anatomy make_generic_head(const Identity& identity, const HeadOptions& options) 
   anatomy.skin.embedding = std::move(fine.embedding);
   anatomy.skin.albedo = paint_skin(shape, identity, kAlbedoSize);
   anatomy.rigid_parts = make_rigid_parts(shape, identity);
+  anatomy.muscles = standard_muscles(
+      anatomy.surface, [&shape](Vec2 canonical) { return head_from_canonical(shape, canonical); });
   return anatomy;
 }
 

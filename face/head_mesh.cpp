@@ -17,7 +17,7 @@ constexpr double kBottom = -172.0;
 constexpr double kCrown = 20.0;  // above: the outline is an ellipse
 
 // Wanted spacing of the mesh relative to its finest.
-double relative_spacing(const Vec2& p) {
+double relative_spacing(const HeadShape& shape, const Vec2& p) {
   const double x = std::abs(p.x());
   const double mouth = std::hypot(std::max(0.0, x - 22.0), 0.8 * (p.y() + 69.0));
   const double eye = std::hypot(0.6 * (x - 34.0), p.y() - 2.0);
@@ -25,7 +25,8 @@ double relative_spacing(const Vec2& p) {
   double s = 1.0 + 0.055 * std::max(0.0, mouth - 9.0);
   s = std::min(s, 1.0 + 0.055 * std::max(0.0, eye - 8.0));
   s = std::min(s, 1.15 + 0.07 * std::max(0.0, nose - 6.0));
-  return std::min(s, 6.0);
+  if (x < 70.0) s = std::min(s, 2.4 + 0.08 * std::abs(p.y() - shape.hairline(x)));
+  return std::min(s, 4.6);
 }
 
 bool in_outline(const Vec2& p) {
@@ -49,10 +50,10 @@ bool in_domain(const HeadShape& shape, const Vec2& p) {
 }
 
 // Walks a polyline so that steps are about the wanted spacing; both ends included.
-std::vector<Vec2> spaced(const std::vector<Vec2>& line, double finest) {
+std::vector<Vec2> spaced(const HeadShape& shape, const std::vector<Vec2>& line, double finest) {
   std::vector<double> count(line.size(), 0.0);  // steps needed up to here
   for (std::size_t i = 1; i < line.size(); ++i) {
-    const double h = finest * relative_spacing(0.5 * (line[i] + line[i - 1]));
+    const double h = finest * relative_spacing(shape, 0.5 * (line[i] + line[i - 1]));
     count[i] = count[i - 1] + (line[i] - line[i - 1]).norm() / h;
   }
   const int steps = std::max(2, static_cast<int>(std::lround(count.back())));
@@ -97,7 +98,7 @@ void add_rim(HalfPoints& half, const HeadShape& shape, Rim rim, double finest) {
     const double x = first + (last - first) * (0.5 - 0.5 * std::cos(M_PI * i / 200.0));
     upper.push_back({x, y(x, +1)});
   }
-  std::vector<Vec2> stations = spaced(upper, 0.85 * finest);
+  std::vector<Vec2> stations = spaced(shape, upper, 0.85 * finest);
   const double ring = 0.8 * finest;
   std::vector<Vec2> around;
   for (std::size_t i = 0; i < stations.size(); ++i) {
@@ -127,7 +128,7 @@ HalfPoints border_points(const HeadShape& shape, double finest) {
   const double ring = 0.8 * finest;
   const auto add_inner =
       [&](const std::vector<Vec2>& line, std::size_t skip_front, std::size_t skip_back) {
-        const std::vector<Vec2> points = spaced(line, finest);
+        const std::vector<Vec2> points = spaced(shape, line, finest);
         for (std::size_t i = skip_front; i + skip_back < points.size(); ++i) add(half, points[i]);
       };
   add_inner(straight({0.0, shape.mouth_rim(0.0, +1) + ring}, {0.0, kTop}), 1, 0);
@@ -161,7 +162,7 @@ void fill(HalfPoints& half, const HeadShape& shape, double finest) {
     const Vec2 p(0.5 * kSide * (1.0 + hashed(2 * i + 1)),
                  kBottom + 0.5 * (kTop - kBottom) * (1.0 + hashed(2 * i + 2)));
     if (!in_domain(shape, p)) continue;
-    const double radius = 0.78 * finest * relative_spacing(p);
+    const double radius = 0.78 * finest * relative_spacing(shape, p);
     const bool is_free =
         std::none_of(half.points.begin(), half.points.end(), [&](const DomainPoint& q) {
           return (q.at_mm - p).squaredNorm() < radius * radius;
@@ -264,13 +265,13 @@ void relax(HalfPoints& half, const HeadShape& shape, double finest) {
       const Vec2 between = half.points[b].at_mm - half.points[a].at_mm;
       const double length = between.norm();
       const Vec2 middle = 0.5 * (half.points[b].at_mm + half.points[a].at_mm);
-      const double push = std::max(0.0, 1.15 * finest * relative_spacing(middle) - length);
+      const double push = std::max(0.0, 1.15 * finest * relative_spacing(shape, middle) - length);
       force[a] -= push / length * between;
       force[b] += push / length * between;
     }
     for (std::size_t i = half.num_fixed; i < half.points.size(); ++i) {
       const Vec2 p = half.points[i].at_mm;
-      const double longest = 0.3 * finest * relative_spacing(p);
+      const double longest = 0.3 * finest * relative_spacing(shape, p);
       Vec2 step = 0.2 * force[i];
       if (step.norm() > longest) step *= longest / step.norm();
       if (in_domain(shape, p + step)) half.points[i].at_mm = p + step;

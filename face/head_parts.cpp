@@ -1,6 +1,7 @@
 #include "face/head_parts.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 
@@ -86,8 +87,8 @@ Vec2 arch(double u, double half_width, double depth, double front_z) {
 }
 
 RigidPart teeth(const HeadShape& shape, bool upper) {
-  constexpr int kColumns = 169;
-  constexpr int kRows = 14;
+  constexpr int kColumns = 121;
+  constexpr int kRows = 11;
   RigidPart part;
   part.name = upper ? "teeth_upper" : "teeth_lower";
   part.bone = upper ? Bone::kSkull : Bone::kMandible;
@@ -169,9 +170,106 @@ RigidPart ellipsoid(const HeadShape& shape,
   return part;
 }
 
+// Height of the ear's relief over its plane, (p, q) = backwards and upwards from its middle, rho = 1
+// at the outline.
+double ear_relief(double p, double q, double rho) {
+  const double upper_back = smooth_step(-24.0, -6.0, q) * smooth_step(-15.0, -6.0, p + 0.25 * q);
+  double h = 0.42 * (p + 13.0);                                        // stands off at the back
+  h += 3.4 * upper_back * bump((rho - 0.90) / 0.10);                   // helix
+  h -= 2.2 * upper_back * bump((rho - 0.72) / 0.09);                   // scapha
+  h += 2.6 * upper_back * bump((std::hypot(p + 2.0, 0.62 * q) / 11.5 - 0.80) / 0.20);  // antihelix
+  h -= 8.0 * bump(std::hypot((p + 3.5) / 7.0, (q + 3.0) / 9.0));       // concha
+  h += 4.2 * bump(std::hypot((p + 11.5) / 3.4, (q + 5.0) / 5.0));      // tragus
+  h += 1.6 * bump(std::hypot((p + 3.0) / 8.0, (q + 24.0) / 7.0));      // lobe
+  return h - 3.0 * smooth_step(0.92, 1.0, rho);
+}
+
+RigidPart ear(const HeadShape& shape, const Identity& identity, bool left) {
+  constexpr int kRings = 22;
+  constexpr int kBehind = 3;  // rings that close the ear towards the head
+  constexpr int kAround = 56;
+  RigidPart part;
+  part.name = left ? "ear_left" : "ear_right";
+  const Vec3 middle = shape.position({Vec2(131.0, -17.0)}) + Vec3(-1.0, 0.0, 0.0);
+  const Vec3 back(0.10, -0.17, -0.98);
+  const Vec3 up(-0.04, 0.98, -0.18);
+  const Vec3 out(0.98, 0.02, 0.10);
+  const Colour skin = linear_from_srgb(identity.skin_tone);
+  for (int r = 0; r < kRings + kBehind; ++r) {
+    const double rho = std::min(1.0, (r + 0.02) / (kRings - 1.0));
+    const double sink = std::max(0, r - kRings + 1) / static_cast<double>(kBehind);
+    for (int k = 0; k < kAround; ++k) {
+      const double a = 2.0 * M_PI * k / kAround;
+      const double wide = std::cos(a) > 0.0 ? 17.5 : 14.0;
+      const double p = rho * wide * std::cos(a) * (1.0 + 0.16 * std::sin(a)) * (1.0 - 0.10 * sink);
+      const double q = rho * 31.0 * std::sin(a) * (1.0 - 0.06 * sink);
+      const double h = ear_relief(p, q, rho) * (1.0 - sink) - 9.0 * sink;
+      Vec3 at = middle + p * back + q * up + h * out;
+      if (!left) at.x() = -at.x();
+      part.mesh.positions_mm.push_back(at);
+      const double pale = 0.12 * bump((rho - 0.88) / 0.1);
+      part.albedo.push_back(skin.cwiseProduct(Colour(0.98F, 0.80F, 0.76F)) *
+                            static_cast<float>(0.94 + pale));
+    }
+  }
+  join_grid(part, kRings + kBehind, kAround, true);
+  if (left) {
+    for (Triangle& t : part.mesh.triangles) std::swap(t[1], t[2]);
+  }
+  return part;
+}
+
+// A plain shirt: rings from the collar over the shoulders.
+RigidPart shirt(const Identity& identity) {
+  struct Ring {
+    double half_width, half_depth, y, slope;  // slope: how much lower the front is than the back
+  };
+  constexpr std::array<Ring, 13> kRings{{{62, 45, -151, 16},
+                                         {64.5, 47.5, -141, 16},
+                                         {66, 49, -138, 16},
+                                         {68.5, 51.5, -138.5, 16},
+                                         {71, 54, -142, 16},
+                                         {73, 55.5, -146.5, 16},
+                                         {84, 61, -152, 15},
+                                         {108, 71, -163, 14},
+                                         {140, 82, -176, 12},
+                                         {170, 92, -192, 10},
+                                         {190, 99, -214, 8},
+                                         {200, 106, -250, 4},
+                                         {204, 110, -340, 0}}};
+  constexpr int kAround = 72;
+  // Cloth by seed: charcoal, navy, moss, wine, slate; linear.
+  constexpr std::array<std::array<float, 3>, 5> kCloth{{{0.040F, 0.042F, 0.047F},
+                                                        {0.022F, 0.034F, 0.075F},
+                                                        {0.036F, 0.050F, 0.034F},
+                                                        {0.085F, 0.020F, 0.026F},
+                                                        {0.075F, 0.090F, 0.105F}}};
+  const auto& cloth = kCloth[(identity.texture_seed + 4U) % kCloth.size()];
+  RigidPart part;
+  part.name = "shirt";
+  part.gloss = 0.01F;
+  for (std::size_t r = 0; r < kRings.size(); ++r) {
+    const Ring& ring = kRings[r];
+    for (int k = 0; k < kAround; ++k) {
+      const double a = 2.0 * M_PI * k / kAround;
+      const double x = std::sin(a);
+      const double z = std::cos(a);
+      // Shoulders are squarer than an ellipse.
+      const double square = 1.0 / std::pow(std::pow(std::abs(x), 2.4) + std::pow(std::abs(z), 2.4), 1.0 / 2.4);
+      part.mesh.positions_mm.emplace_back(identity.face_width * ring.half_width * x * square,
+                                          identity.face_height * ring.y - ring.slope * z,
+                                          -90.0 + ring.half_depth * z * square);
+      const float rib = r >= 1 && r <= 5 ? 0.88F : 1.0F;
+      part.albedo.push_back(rib * Colour(cloth[0], cloth[1], cloth[2]));
+    }
+  }
+  join_grid(part, static_cast<int>(kRings.size()), kAround, true);
+  return part;
+}
+
 }  // namespace
 
-std::vector<RigidPart> make_rigid_parts(const HeadShape& shape, const Identity&) {
+std::vector<RigidPart> make_rigid_parts(const HeadShape& shape, const Identity& identity) {
   std::vector<RigidPart> parts{
       eyeball(shape, true), eyeball(shape, false), teeth(shape, true), teeth(shape, false)};
   RigidPart tongue = ellipsoid(
@@ -200,6 +298,9 @@ std::vector<RigidPart> make_rigid_parts(const HeadShape& shape, const Identity&)
   std::erase_if(triangles, [&](const Triangle& t) { return p[t[0]].z() > -12.0; });
   cavity.name = "mouth_cavity";
   parts.push_back(cavity);
+  parts.push_back(ear(shape, identity, true));
+  parts.push_back(ear(shape, identity, false));
+  parts.push_back(shirt(identity));
   return parts;
 }
 

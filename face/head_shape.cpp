@@ -10,7 +10,7 @@ namespace zygoma {
 namespace {
 
 // Half the gap of the closed mouth in the domain: keeps the two lips apart in the flat mesh.
-constexpr double kSlitHalfGap = 0.30;
+constexpr double kSlitHalfGap = 0.10;
 
 DepthSpline measured_sections() {
   std::vector<double> coefficients;
@@ -133,6 +133,7 @@ const std::vector<Vec2>& chin_border() {
 }
 
 Vec2 lid_margin(double s, int side) {
+  s = std::clamp(s, 0.0, 1.0);
   const Vec2 inner(17.4, -3.4);
   const Vec2 outer(44.6, -1.2);
   const Vec2 chord = inner + s * (outer - inner);
@@ -151,7 +152,24 @@ HeadShape::HeadShape(const Identity& identity)
       mouth_lower_(mapped(sections_, mouth_line(), -kSlitHalfGap)),
       eye_upper_(lid(sections_, +1)),
       eye_lower_(lid(sections_, -1)),
-      hairline_({{0, 74}, {16, 75}, {32, 76}, {46, 72}, {58, 62}, {70, 48}, {80, 34}, {88, 20}}) {}
+      hairline_({{0, 74},
+                 {16, 75},
+                 {32, 76.5},
+                 {46, 73},
+                 {57, 64},
+                 {67, 51},
+                 {77, 38},
+                 {88, 24},
+                 {97, 4},
+                 {102, -12},
+                 {107, -17},
+                 {112, -9},
+                 {118, 9},
+                 {126, 17},
+                 {140, 20},
+                 {154, 12},
+                 {166, -20},
+                 {178, -60}}) {}
 
 Vec3 HeadShape::base(const Vec2& domain_mm) const {
   return along(chart_ray(domain_mm), sections_(domain_mm));
@@ -167,13 +185,10 @@ Vec2 HeadShape::front_from_domain(const Vec2& domain_mm) const {
 
 double HeadShape::hair_mm(const Vec2& domain_mm) const {
   const double x = std::abs(domain_mm.x());
-  const double y = domain_mm.y();
-  // Inside the hair: above the hairline on the forehead, behind the temple's line beside it.
-  const double above = y - hairline_(x);
-  const double temple = std::min(x - 86.0 - 0.12 * std::max(0.0, 20.0 - y), y + 25.0);
-  const double inside = std::max(x < 88.0 ? above : -1e3, temple);
-  const double ear = smooth_step(100.0, 110.0, x) * smooth_step(14.0, 6.0, y);
-  return 9.0 * smooth_step(-1.0, 26.0, inside) * (1.0 - ear);
+  const double slope = 0.25 * (hairline_(x + 2.0) - hairline_(x - 2.0));
+  const double inside = (domain_mm.y() - hairline_(x)) / std::sqrt(1.0 + slope * slope);
+  const double full = 10.0 - 5.0 * smooth_step(60.0, 105.0, x) * smooth_step(70.0, 30.0, domain_mm.y());
+  return full * smooth_step(-1.0, 24.0, inside);
 }
 
 double HeadShape::lip_relief(const Vec2& front) const {
@@ -204,7 +219,7 @@ double HeadShape::lip_relief(const Vec2& front) const {
 double HeadShape::lid_relief(const Vec2& front) const {
   const double s = (front.x() - 17.4) / (44.6 - 17.4);
   if (s < -0.1 || s > 1.25 || std::abs(front.y()) > 22.0) return 0.0;
-  const double window = smooth_step(-0.05, 0.2, s) * smooth_step(1.2, 0.9, s);
+  const double window = smooth_step(-0.02, 0.3, s) * smooth_step(1.12, 0.7, s);
   const double t = std::clamp(s, 0.0, 1.0);
   const double above = front.y() - lid_margin(t, +1).y();
   const double below = lid_margin(t, -1).y() - front.y();
@@ -212,6 +227,16 @@ double HeadShape::lid_relief(const Vec2& front) const {
   // The lower lid's plate and the faint groove under it.
   relief += window * (0.35 * bump((below - 1.8) / 1.6) - 0.5 * bump((below - 6.5) / 2.4));
   return relief;
+}
+
+double HeadShape::wing_relief(const Vec2& front) const {
+  // The wing is a shell over the nostril, set off by a groove that runs around it.
+  const Vec2 off = front - Vec2(11.2, -40.2);
+  const double around = std::hypot(off.x() / 6.1, off.y() / 6.9);
+  const double angle = std::atan2(off.y(), off.x());
+  // Open towards the tip of the nose: full from the upper side over the back to the lower side.
+  const double back = smooth_step(2.5, 1.4, std::abs(angle - 0.35));
+  return back * (0.7 * bump((around - 0.62) / 0.34) - 1.5 * bump((around - 1.08) / 0.17));
 }
 
 Vec3 HeadShape::outer(const Vec2& domain) const {
@@ -224,9 +249,7 @@ Vec3 HeadShape::outer(const Vec2& domain) const {
     // Nostrils: hollows in the underside of the nose.
     const Vec2 to_nostril = front - Vec2(6.6, -45.4);
     distance -= 5.0 * bump(std::hypot(to_nostril.x() / 3.4, to_nostril.y() / 2.0));
-    // The groove behind the wing of the nose, and the brow's thickness.
-    const Vec2 to_wing = front - Vec2(17.6, -39.5);
-    distance -= 0.9 * bump(std::hypot(to_wing.x() / 1.9, to_wing.y() / 6.0));
+    distance += wing_relief(front);
   }
   Vec3 p = along(ray, distance + hair_mm(domain));
   // Lids and their surroundings never dip below the eyeball: smooth maximum with a sphere.
@@ -249,7 +272,7 @@ Vec3 HeadShape::default_position(const DomainPoint& point) const {
     return p + 3.2 * t * (eye_.centre_mm - p).normalized();
   }
   // The inner lip turns away from the slit and hugs the teeth.
-  const double curl = point.side * (0.6 * t + 2.6 * t * t);
+  const double curl = point.side * (2.8 * t * t - 0.5 * std::sin(M_PI * std::min(1.0, 1.6 * t)));
   return p + Vec3(-0.04 * t * p.x(), curl, -4.5 * std::sin(0.5 * M_PI * t));
 }
 

@@ -79,6 +79,7 @@ class HeadShape {
   Vec3 base(const Vec2& domain_mm) const;
   double lip_relief(const Vec2& front_mm) const;
   double lid_relief(const Vec2& front_mm) const;
+  double wing_relief(const Vec2& front_mm) const;
 
   Identity identity_;
   EyeShape eye_;

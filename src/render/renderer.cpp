@@ -146,7 +146,9 @@ struct Renderer::Impl {
             Hit (&hit)[kPacket]) const;
   Colour shade(const Hit& hit, const Shader& shader) const;
   int part_of(int triangle) const;
-  void draw_rows(int first, int last, const Shader& shader);
+  void see_rows(int first, int last);
+  void mark_seen();
+  void colour_rows(int first, int last, const Shader& shader);
   void smooth_edges(int first, int last, const Shader& shader);
   Colour background(float y) const;
   void choose_texture_level();
@@ -166,12 +168,15 @@ struct Renderer::Impl {
   std::vector<int> triangles_of;
   std::vector<Point> normals;
   std::vector<float> rest_ambient;
-  std::vector<int> watched;  // vertices in hollows, whose openness is found anew in each picture
+  std::vector<std::uint8_t> in_hollow;  // vertices whose openness is found anew in each picture
+  std::vector<std::uint8_t> seen;       // vertices of triangles in this picture, and next to them
+  std::vector<int> watched;             // seen, and in a hollow
   std::vector<float> ambient;
   std::vector<float> key;
   std::vector<Colour> part_albedo;  // per vertex; unused for the skin
   std::vector<TextureLevel> levels;
   const TextureLevel* level = nullptr;
+  float skin_level = 1.0F;  // green of the skin in the middle of the face
   ToneCurve tone;
 
   Camera camera;
@@ -188,6 +193,7 @@ Renderer::Impl::Impl(std::shared_ptr<const Anatomy> anatomy_in, const RenderOpti
   load_meshes();
   build_scene();
   levels = texture_levels(anatomy->skin.albedo);
+  skin_level = std::max(1e-3F, bilinear(levels.back(), {0.5F, 0.5F}).y());
   place(anatomy->skin.mesh.positions_mm, 0.0);
   compute_rest_ambient();
 }
@@ -213,7 +219,7 @@ void Renderer::Impl::load_meshes() {
   num_skin_vertices = static_cast<int>(points.size());
   part_albedo.assign(num_skin_vertices, Colour::Zero());
   for (const RigidPart& part : anatomy->rigid_parts) {
-    append(part.mesh, part.bone, std::max(0.02F, part.gloss));
+    append(part.mesh, part.bone, part.gloss);
     part_albedo.insert(part_albedo.end(), part.albedo.begin(), part.albedo.end());
   }
   triangles_begin.assign(points.size() + 1, 0);
@@ -342,9 +348,26 @@ void Renderer::Impl::compute_rest_ambient() {
   });
   ambient = rest_ambient;
   constexpr float kHollow = 0.30F;
+  in_hollow.resize(points.size());
+  for (std::size_t v = 0; v < points.size(); ++v) in_hollow[v] = rest_ambient[v] < kHollow ? 1 : 0;
+}
+
+void Renderer::Impl::mark_seen() {
+  std::vector<std::uint8_t> hit_vertex(points.size(), 0);
+  int last = -1;
+  for (const Hit& hit : hits) {
+    if (hit.triangle < 0 || hit.triangle == last) continue;
+    last = hit.triangle;
+    for (const int v : triangles[last]) hit_vertex[v] = 1;
+  }
+  seen.assign(points.size(), 0);
+  for (const Triangle& t : triangles) {
+    if (!hit_vertex[t[0]] && !hit_vertex[t[1]] && !hit_vertex[t[2]]) continue;
+    for (const int v : t) seen[v] = 1;
+  }
+  watched.clear();
   for (std::size_t v = 0; v < points.size(); ++v) {
-    const bool eyeball_back = points[v].z() < -40.0F;
-    if (rest_ambient[v] < kHollow && !eyeball_back) watched.push_back(static_cast<int>(v));
+    if (seen[v] && in_hollow[v]) watched.push_back(static_cast<int>(v));
   }
 }
 
@@ -463,6 +486,8 @@ Colour Renderer::Impl::shade(const Hit& hit, const Shader& shader) const {
   if (part == 0) {
     const std::vector<Eigen::Vector2f>& uv = anatomy->skin.uv;
     point.albedo = bilinear(*level, w * uv[a] + hit.u * uv[b] + hit.v * uv[c]);
+    // Hair is dark against the skin around it, and rough: it does not shine like skin.
+    point.shine = std::clamp(1.4F * point.albedo.y() / skin_level - 0.25F, 0.12F, 1.0F);
   } else {
     point.albedo = w * part_albedo[a] + hit.u * part_albedo[b] + hit.v * part_albedo[c];
   }
@@ -477,7 +502,7 @@ Colour Renderer::Impl::background(float y) const {
   return srgb.array().pow(2.2F).matrix();
 }
 
-void Renderer::Impl::draw_rows(int first, int last, const Shader& shader) {
+void Renderer::Impl::see_rows(int first, int last) {
   const int width = camera.width_px;
   float x[kPacket];
   float y[kPacket];
@@ -491,10 +516,18 @@ void Renderer::Impl::draw_rows(int first, int last, const Shader& shader) {
       cast(x, y, kPacket, hit);
       for (int i = 0; i < kPacket; ++i) {
         if (column + i % 4 >= width || row + i / 4 >= camera.height_px) continue;
-        const std::size_t pixel = std::size_t(row + i / 4) * width + column + i % 4;
-        hits[pixel] = hit[i];
-        picture[pixel] = hit[i].triangle >= 0 ? shade(hit[i], shader) : background(y[i]);
+        hits[std::size_t(row + i / 4) * width + column + i % 4] = hit[i];
       }
+    }
+  }
+}
+
+void Renderer::Impl::colour_rows(int first, int last, const Shader& shader) {
+  for (int row = first; row < last; ++row) {
+    const Colour behind = background(static_cast<float>(row));
+    for (int column = 0; column < camera.width_px; ++column) {
+      const std::size_t pixel = std::size_t(row) * camera.width_px + column;
+      picture[pixel] = hits[pixel].triangle >= 0 ? shade(hits[pixel], shader) : behind;
     }
   }
 }
@@ -562,9 +595,11 @@ void Renderer::render(const std::vector<Vec3>& skin_mm,
 
   r.place(skin_mm, jaw_rad);
   const Shader shader(r.options.lighting, r.face_from_camera);
-  r.light_vertices(shader);
   const int threads = r.options.num_threads;
-  in_parallel((height + 3) / 4, threads, [&](int a, int b) { r.draw_rows(a, b, shader); });
+  in_parallel((height + 3) / 4, threads, [&](int a, int b) { r.see_rows(a, b); });
+  r.mark_seen();
+  r.light_vertices(shader);
+  in_parallel(height, threads, [&](int a, int b) { r.colour_rows(a, b, shader); });
   if (r.options.samples_per_pixel > 1) {
     // Edges: another part, or another brightness, next door.
     r.edge.assign(std::size_t(width) * height, 0);

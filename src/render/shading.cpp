@@ -74,8 +74,8 @@ Colour Shader::operator()(const ShadePoint& point) const {
   const float visible = point.key * positive(std::min(1.0F, 4.0F * key_cosine));
   if (skin) {
     const float lobes = 2.6F * power(half_cosine, 14) + 3.2F * power(half_cosine, 48);
-    colour += key_colour_ * (fresnel * lobes * visible);
-    colour += sky_colour_ * (0.16F * edge * open);
+    colour += key_colour_ * (point.shine * fresnel * lobes * visible);
+    colour += sky_colour_ * (0.16F * point.shine * edge * open);
   } else {
     const float lobes = 60.0F * power(half_cosine, 512) + 1.5F * power(half_cosine, 40);
     colour += key_colour_ * (point.gloss * fresnel * lobes * visible);

@@ -20,6 +20,7 @@ struct ShadePoint {
   float gloss = 0.0F;    // 0: skin, > 0: wet or hard
   float ambient = 1.0F;  // open share of the hemisphere
   float key = 1.0F;      // visible share of the key light
+  float shine = 1.0F;    // of skin: strength of its highlights
 };
 
 class Shader {
