@@ -156,7 +156,7 @@ AnimationReport animate_face(const ContractionTrack& track,
     panel.emplace(*performance, height_px);
   }
   const int left_px = panel ? panel->size().width : 0;
-  const int bars_px = options.bars ? 2 * (height_px / 5) : 0;
+  const int bars_px = options.bars ? 2 * (height_px * 6 / 25) : 0;
   cv::Mat canvas(height_px, left_px + height_px + bars_px, CV_8UC3, cv::Scalar::all(0));
   cv::Mat left = canvas.colRange(0, left_px);
   cv::Mat right = canvas.colRange(left_px, left_px + height_px);
