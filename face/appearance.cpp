@@ -169,6 +169,27 @@ class Painter {
     }
   }
 
+  // Short thin hairs in front of the hairline, so that it does not look like the rim of a cap.
+  void fringe() {
+    Dice dice(identity_.texture_seed + 31U);
+    for (int i = 0; i < 1500; ++i) {
+      const double x = dice.between(-98.0, 98.0);
+      const double slope =
+          0.5 * (shape_.hairline(std::abs(x) + 1.0) - shape_.hairline(std::abs(x) - 1.0));
+      const double below = 6.0 * dice() * dice();
+      const Vec2 root(x, shape_.hairline(std::abs(x)) + 2.5 - below * std::hypot(1.0, slope));
+      const Vec2 along = (root - Vec2(0.0, 5.0)).normalized();
+      const double turn = dice.between(-0.35, 0.35);
+      const Vec2 turned(std::cos(turn) * along.x() - std::sin(turn) * along.y(),
+                        std::sin(turn) * along.x() + std::cos(turn) * along.y());
+      const double length = dice.between(3.0, 9.0);
+      const double opacity = dice.between(0.08, 0.34);
+      for (double t = 0.0; t < length; t += 0.3) {
+        dab(root + t * turned, 0.16, opacity * std::min(1.0, 0.3 + t / 4.0), identity_.hair_tone);
+      }
+    }
+  }
+
   void freckles() {
     Dice dice(identity_.texture_seed + 99U);
     for (int i = 0; i < 260; ++i) {
@@ -370,6 +391,7 @@ Texture paint_skin(const HeadShape& shape, const Identity& identity, int size_px
   Painter painter(shape, identity, size_px);
   painter.ground();
   painter.freckles();
+  painter.fringe();
   painter.brows();
   painter.lashes();
   return painter.finish();

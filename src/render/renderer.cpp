@@ -523,6 +523,11 @@ Colour Renderer::Impl::shade(const Hit& hit, const Shader& shader) const {
   } else {
     point.albedo = w * part_albedo[a] + hit.u * part_albedo[b] + hit.v * part_albedo[c];
   }
+  // The inside of the skin, seen through the open mouth: flesh in the dark.
+  constexpr float kInside = -0.12F;
+  if (part == 0 && point.normal.dot(point.to_camera) < kInside) {
+    return point.albedo.cwiseProduct(Colour(0.05F, 0.015F, 0.012F));
+  }
   return shader(point);
 }
 
