@@ -12,7 +12,21 @@ namespace zygoma {
 
 struct TrackerOptions {
   std::string cascade_folder;  // OpenCV's haarcascades; empty: the places where packages put them
-  // Further options belong here: inline default, unit, range, what goes wrong at the extremes.
+  // Frames in a row that may go by without sight of the face before its contours are given up,
+  // [0, 1000]. Small: a hand before the face ends the track; large: a scene cut is noticed late.
+  int max_coast_frames = 3;
+  // Strength of the spring from a node to where optical flow saw it go, [0, 100], against an image
+  // force of about one. Small: nodes slide along edges; large: the drift of the flow stays.
+  double flow_hold = 0.3;
+  // Share of the mouth model in where the lip contours are drawn to before they relax, the rest is
+  // optical flow's, [0, 1]. Small: lips slip to inner edges; large: only symmetric mouths.
+  double model_share = 0.5;
+  // The start is made again, once or twice in its first second, when the face has become sharper by
+  // this factor, > 1. Small: a needless jump; large: a start on blocky frames is never mended.
+  double sharper = 1.2;
+  // A look at the mouth or the brows that resembles every remembered one less than this is
+  // remembered too, (0, 1). Small: flow must bridge large changes; large: drift is remembered.
+  double new_look_correlation = 0.85;
 
   // Throws InputError naming the first value outside its range.
   void check() const;

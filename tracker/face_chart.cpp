@@ -1,0 +1,84 @@
+#include "tracker/face_chart.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
+
+#include "tracker/predictor.h"
+
+namespace zygoma {
+namespace {
+
+// The part of the picture under the chart, shrunk by whole factors until one chart pixel covers at
+// most 1.5 of its pixels (plain linear sampling would alias). Returns its own similarity.
+cv::Mat shrink_to_chart(const cv::Mat& image, Similarity& image_from_chart) {
+  const int factor = static_cast<int>(std::lround(std::floor(image_from_chart.scale() / 1.5)));
+  if (factor < 2) return image;
+  double left = 1e9, top = 1e9, right = -1e9, bottom = -1e9;
+  for (const Point2& corner : {Point2{0, 0},
+                               Point2{kChartWidth, 0},
+                               Point2{0, kChartHeight},
+                               Point2{kChartWidth, kChartHeight}}) {
+    const Point2 p = image_from_chart.apply(corner);
+    left = std::min(left, p.x());
+    right = std::max(right, p.x());
+    top = std::min(top, p.y());
+    bottom = std::max(bottom, p.y());
+  }
+  // Whole multiples of the factor, so that the shrunk grid does not shift as the face moves.
+  const int x0 = std::max(0, static_cast<int>(left) / factor - 1) * factor;
+  const int y0 = std::max(0, static_cast<int>(top) / factor - 1) * factor;
+  const int columns = (std::min(image.cols, static_cast<int>(right) + 2 * factor) - x0) / factor;
+  const int rows = (std::min(image.rows, static_cast<int>(bottom) + 2 * factor) - y0) / factor;
+  if (columns < 2 || rows < 2) return image;
+  cv::Mat small;
+  cv::resize(image(cv::Rect(x0, y0, columns * factor, rows * factor)),
+             small,
+             cv::Size(columns, rows),
+             0,
+             0,
+             cv::INTER_AREA);
+  const double f = factor;
+  const Similarity small_from_image{
+      1.0 / f, 0.0, Point2{(0.5 - x0) / f - 0.5, (0.5 - y0) / f - 0.5}};
+  image_from_chart = small_from_image.after(image_from_chart);
+  return small;
+}
+
+}  // namespace
+
+Similarity image_from_chart(const Point2& right_eye_px, const Point2& left_eye_px) {
+  return similarity_from_pair(
+      chart_point(-0.5, 0.0), chart_point(0.5, 0.0), right_eye_px, left_eye_px);
+}
+
+cv::Mat as_bgr(const cv::Mat& image) {
+  cv::Mat bgr;
+  if (image.empty() || image.depth() != CV_8U) return bgr;
+  if (image.channels() == 3) return image;
+  if (image.channels() == 1) cv::cvtColor(image, bgr, cv::COLOR_GRAY2BGR);
+  if (image.channels() == 4) cv::cvtColor(image, bgr, cv::COLOR_BGRA2BGR);
+  return bgr;
+}
+
+FaceChart make_face_chart(const cv::Mat& image, const Similarity& image_from_chart, bool draft) {
+  FaceChart chart;
+  chart.image_from_chart = image_from_chart;
+  Similarity source_from_chart = image_from_chart;
+  const cv::Mat source = shrink_to_chart(as_bgr(image), source_from_chart);
+  const Similarity& s = source_from_chart;
+  const cv::Matx23d matrix(s.a, -s.b, s.shift.x(), s.b, s.a, s.shift.y());
+  cv::warpAffine(source,
+                 chart.colour,
+                 matrix,
+                 cv::Size(kChartWidth, kChartHeight),
+                 cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
+                 cv::BORDER_REPLICATE);
+  cv::cvtColor(chart.colour, chart.grey, cv::COLOR_BGR2GRAY);
+  cv::buildOpticalFlowPyramid(
+      chart.grey, chart.pyramid, cv::Size(kFlowWindow, kFlowWindow), kFlowLevels, !draft);
+  return chart;
+}
+
+}  // namespace zygoma

@@ -1,0 +1,49 @@
+// The face chart: the frame resampled so that the face is upright and its eyes are always the same
+// distance apart.
+//
+// Every length of the tracker (smoothing, search range, snake constants) is then a fixed share of
+// the eye distance, whether the face is 90 or 500 pixels wide; the work per frame does not grow
+// with the picture; and a contour's motion in the chart is expression, because the head's motion
+// has been taken off by the resampling itself.
+//
+// Chart pixels: eye middle at kChartEyeMiddle, eyes kChartEyeDistance apart on a horizontal line,
+// the subject's right on the left, as in the picture.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "tracker/head_frame.h"
+
+namespace zygoma {
+
+inline constexpr double kChartEyeDistance = 64.0;
+inline constexpr int kChartWidth = 193;
+inline constexpr int kChartHeight = 272;
+inline const Point2 kChartEyeMiddle{96.0, 104.0};
+
+struct FaceChart {
+  Similarity image_from_chart;
+  cv::Mat colour;                // 8-bit BGR
+  cv::Mat grey;                  // 8-bit
+  std::vector<cv::Mat> pyramid;  // of grey, for optical flow
+};
+
+// The place of the face given its eye centres in the image.
+Similarity image_from_chart(const Point2& right_eye_px, const Point2& left_eye_px);
+
+// Chart pixels of a point in eye-distance units about the eye middle.
+inline Point2 chart_point(double x_iod, double y_iod) {
+  return kChartEyeMiddle + kChartEyeDistance * Point2{x_iod, y_iod};
+}
+
+// Resamples the frame (8-bit, 1, 3 or 4 channels). Outside the picture the border repeats. A draft
+// can be flowed *to*; only a finished chart can be flowed *from* at full speed.
+FaceChart make_face_chart(const cv::Mat& image,
+                          const Similarity& image_from_chart,
+                          bool draft = false);
+
+// Any 8-bit picture as 8-bit BGR; empty if it is none.
+cv::Mat as_bgr(const cv::Mat& image);
+
+}  // namespace zygoma

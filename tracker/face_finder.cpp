@@ -1,0 +1,153 @@
+#include "tracker/face_finder.h"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/objdetect.hpp>
+#include <vector>
+
+#include "src/base/check.h"
+#include "tracker/face_chart.h"
+
+namespace zygoma {
+namespace {
+
+constexpr int kSearchSide = 480;   // px, the longer side of the picture the face is searched in
+constexpr int kSmallestFace = 48;  // px, in that picture
+// Where the eyes sit in the box of the frontal-face cascade, in box widths.
+constexpr double kEyeX = 0.315;
+constexpr double kEyeY = 0.385;
+
+constexpr const char* kFaceFile = "haarcascade_frontalface_alt2.xml";
+constexpr std::array<const char*, 2> kEyeFiles{"haarcascade_eye.xml",
+                                               "haarcascade_eye_tree_eyeglasses.xml"};
+constexpr std::array<const char*, 5> kUsualFolders{"/usr/share/opencv4/haarcascades",
+                                                   "/usr/local/share/opencv4/haarcascades",
+                                                   "/usr/share/opencv/haarcascades",
+                                                   "/usr/local/share/opencv/haarcascades",
+                                                   "/opt/homebrew/share/opencv4/haarcascades"};
+
+std::string cascade_folder(const std::string& wanted) {
+  if (!wanted.empty()) return wanted;
+  for (const char* folder : kUsualFolders) {
+    std::error_code ignored;
+    if (std::filesystem::exists(std::filesystem::path(folder) / kFaceFile, ignored)) return folder;
+  }
+  throw InputError(
+      "no folder with OpenCV's haarcascade_*.xml found in the usual places; install them (Debian: "
+      "opencv-data) or name the folder");
+}
+
+cv::CascadeClassifier load(const std::string& folder, const char* file) {
+  const std::string path = (std::filesystem::path(folder) / file).string();
+  std::error_code ignored;
+  require(std::filesystem::is_regular_file(path, ignored),
+          path + ": no such file; expected one of OpenCV's Haar cascades");
+  cv::CascadeClassifier cascade;
+  bool loaded = false;
+  try {
+    loaded = cascade.load(path);
+  } catch (const cv::Exception&) {
+    loaded = false;
+  }
+  require(loaded && !cascade.empty(), path + ": not a cascade that OpenCV can read");
+  return cascade;
+}
+
+// Component-wise median.
+Point2 median_point(std::vector<Point2> points) {
+  Point2 out;
+  const auto middle = static_cast<std::ptrdiff_t>(points.size() / 2);
+  for (int axis = 0; axis < 2; ++axis) {
+    std::nth_element(points.begin(),
+                     points.begin() + middle,
+                     points.end(),
+                     [axis](const Point2& p, const Point2& q) { return p[axis] < q[axis]; });
+    out[axis] = points[static_cast<size_t>(middle)][axis];
+  }
+  return out;
+}
+
+}  // namespace
+
+struct FaceFinder::Cascades {
+  cv::CascadeClassifier face;
+  std::array<cv::CascadeClassifier, 2> eyes;
+};
+
+FaceFinder::FaceFinder(const std::string& folder) : cascades_(std::make_unique<Cascades>()) {
+  const std::string place = cascade_folder(folder);
+  cascades_->face = load(place, kFaceFile);
+  for (size_t i = 0; i < kEyeFiles.size(); ++i) cascades_->eyes[i] = load(place, kEyeFiles[i]);
+}
+
+FaceFinder::~FaceFinder() = default;
+FaceFinder::FaceFinder(FaceFinder&&) noexcept = default;
+FaceFinder& FaceFinder::operator=(FaceFinder&&) noexcept = default;
+
+std::optional<FaceEyes> FaceFinder::find(const cv::Mat& image) {
+  const cv::Mat bgr = as_bgr(image);
+  if (bgr.empty() || std::min(bgr.cols, bgr.rows) < kSmallestFace) return std::nullopt;
+  cv::Mat grey, small;
+  cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
+  const double shrink =
+      std::min(1.0, static_cast<double>(kSearchSide) / std::max(grey.cols, grey.rows));
+  cv::resize(grey, small, cv::Size(), shrink, shrink, cv::INTER_AREA);
+  std::vector<cv::Rect> faces;
+  cascades_->face.detectMultiScale(small, faces, 1.1, 3, 0, cv::Size(kSmallestFace, kSmallestFace));
+  if (faces.empty()) return std::nullopt;
+  // The cascade lists in no fixed order when it runs on several threads.
+  const cv::Rect box =
+      *std::max_element(faces.begin(), faces.end(), [](const cv::Rect& p, const cv::Rect& q) {
+        return std::tie(p.width, p.y, p.x) < std::tie(q.width, q.y, q.x);
+      });
+  const double width = box.width / shrink;
+  const Point2 corner{box.x / shrink, box.y / shrink};
+
+  const cv::Rect upper = cv::Rect(static_cast<int>(corner.x()),
+                                  static_cast<int>(corner.y() + 0.15 * width),
+                                  static_cast<int>(width),
+                                  static_cast<int>(0.42 * width)) &
+                         cv::Rect(0, 0, grey.cols, grey.rows);
+  FaceEyes eyes;
+  eyes.right_px = corner + width * Point2{kEyeX, kEyeY};
+  eyes.left_px = corner + width * Point2{1.0 - kEyeX, kEyeY};
+  std::array<std::vector<Point2>, 2> seen;
+  for (const double side : {160.0, 190.0, 220.0}) {
+    const double zoom = side / width;
+    cv::Mat part;
+    cv::resize(
+        grey(upper), part, cv::Size(), zoom, zoom, zoom < 1.0 ? cv::INTER_AREA : cv::INTER_LINEAR);
+    for (cv::CascadeClassifier& cascade : cascades_->eyes) {
+      std::vector<cv::Rect> found;
+      const int smallest = static_cast<int>(0.13 * side);
+      const int largest = static_cast<int>(0.36 * side);
+      if (part.rows < smallest || part.cols < smallest) continue;
+      cascade.detectMultiScale(
+          part, found, 1.06, 2, 0, cv::Size(smallest, smallest), cv::Size(largest, largest));
+      for (const cv::Rect& r : found) {
+        const Point2 centre{upper.x + (r.x + 0.5 * r.width) / zoom,
+                            upper.y + (r.y + 0.5 * r.height) / zoom};
+        const bool left = (centre - eyes.left_px).norm() < (centre - eyes.right_px).norm();
+        if ((centre - (left ? eyes.left_px : eyes.right_px)).norm() > 0.11 * width) continue;
+        seen[left ? 1 : 0].push_back(centre);
+      }
+    }
+  }
+  eyes.both_seen = !seen[0].empty() && !seen[1].empty();
+  const Point2 expected = eyes.left_px - eyes.right_px;
+  if (eyes.both_seen) {
+    eyes.right_px = median_point(seen[0]);
+    eyes.left_px = median_point(seen[1]);
+  } else if (!seen[0].empty()) {
+    eyes.right_px = median_point(seen[0]);
+    eyes.left_px = eyes.right_px + expected;
+  } else if (!seen[1].empty()) {
+    eyes.left_px = median_point(seen[1]);
+    eyes.right_px = eyes.left_px - expected;
+  }
+  return eyes;
+}
+
+}  // namespace zygoma

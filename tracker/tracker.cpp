@@ -1,0 +1,454 @@
+#include "tracker/tracker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <utility>
+
+#include "src/base/check.h"
+#include "tracker/evidence.h"
+#include "tracker/face_chart.h"
+#include "tracker/face_finder.h"
+#include "tracker/head_frame.h"
+#include "tracker/initialiser.h"
+#include "tracker/predictor.h"
+#include "tracker/snake.h"
+
+namespace zygoma {
+namespace {
+
+// Regions of the chart whose looks are remembered together (keyframes).
+enum Part : size_t { kUpperPart, kLowerPart, kNumParts };
+const std::array<cv::Rect, kNumParts> kPartBox{cv::Rect(20, 58, 153, 44),
+                                               cv::Rect(48, 152, 97, 84)};
+
+constexpr double kStill = 0.02;             // chart px: below it the head has not moved
+constexpr double kLeastEyeDistance = 12.0;  // px
+constexpr double kSameScene = 0.5;          // correlation of the middle of the face, frame to frame
+
+Part part_of(size_t feature) {
+  switch (feature) {
+    case kUpperLip:
+    case kLowerLip:
+    case kChinBoss:
+      return kLowerPart;
+    default:
+      return kUpperPart;
+  }
+}
+
+// A look at one part of the face whose contours were trusted: flow from here has not drifted.
+struct Keyframe {
+  FaceChart chart;
+  cv::Mat thumbnail;  // of the part's box
+  ContourNodes contours;
+};
+
+cv::Mat thumbnail_of(const FaceChart& chart, Part part) {
+  cv::Mat small;
+  cv::resize(chart.grey(kPartBox[part]), small, cv::Size(32, 24), 0, 0, cv::INTER_AREA);
+  small.convertTo(small, CV_32F);
+  return small;
+}
+
+// Normalised cross-correlation of two pictures of the same size, [-1, 1]; 0 for a flat one.
+double correlation(const cv::Mat& p, const cv::Mat& q) {
+  cv::Scalar mean_p, spread_p, mean_q, spread_q;
+  cv::meanStdDev(p, mean_p, spread_p);
+  cv::meanStdDev(q, mean_q, spread_q);
+  if (spread_p[0] < 1e-3 || spread_q[0] < 1e-3) return 0.0;
+  const double product = p.dot(q) / static_cast<double>(p.total()) - mean_p[0] * mean_q[0];
+  return product / (spread_p[0] * spread_q[0]);
+}
+
+// Eyes and nose, small.
+cv::Mat core_of(const FaceChart& chart) {
+  cv::Mat small;
+  cv::resize(chart.grey(cv::Rect(44, 84, 105, 70)), small, cv::Size(30, 20), 0, 0, cv::INTER_AREA);
+  small.convertTo(small, CV_32F);
+  return small;
+}
+
+// The parts of the face that do not move with expression: inner and outer corners of the eyes, the
+// bridge, sides and base of the nose, and a thin grid between them.
+std::vector<Point2> rigid_points() {
+  std::vector<Point2> points;
+  for (const double side : {-1.0, 1.0}) {
+    for (const double x : {0.22, 0.34, 0.66, 0.78}) {
+      for (const double y : {-0.05, 0.06}) points.push_back(chart_point(side * x, y));
+    }
+    for (const double y : {0.15, 0.3, 0.42, 0.52, 0.62}) {
+      points.push_back(chart_point(side * 0.13, y));
+      points.push_back(chart_point(side * 0.24, y));
+    }
+  }
+  for (const double y : {-0.05, 0.1, 0.25, 0.4, 0.55, 0.68}) points.push_back(chart_point(0.0, y));
+  return points;
+}
+
+// Spread of the second differences over the face: low in a blocky or blurred picture.
+double sharpness_of(const FaceChart& chart) {
+  cv::Mat curvature;
+  cv::Laplacian(chart.grey(cv::Rect(36, 44, 121, 180)), curvature, CV_32F);
+  cv::Scalar mean, spread;
+  cv::meanStdDev(curvature, mean, spread);
+  return spread[0];
+}
+
+void join_lip_ends(ContourNodes& contours) {
+  const auto join = [](Point2& a, Point2& b) { a = b = 0.5 * (a + b); };
+  join(contours[kUpperLip].front(), contours[kLowerLip].front());
+  join(contours[kUpperLip].back(), contours[kLowerLip].back());
+}
+
+}  // namespace
+
+void TrackerOptions::check() const {
+  require(max_coast_frames >= 0 && max_coast_frames <= 1000,
+          "tracker: max_coast_frames must be in [0, 1000]");
+  require(flow_hold >= 0.0 && flow_hold <= 100.0, "tracker: flow_hold must be in [0, 100]");
+  require(new_look_correlation > 0.0 && new_look_correlation < 1.0,
+          "tracker: new_look_correlation must be in (0, 1)");
+}
+
+struct Tracker::Impl {
+  explicit Impl(const TrackerOptions& wanted) : options(wanted) { options.check(); }
+
+  TrackerOptions options;
+  TrackReport report;
+  std::optional<FaceFinder> finder;
+  std::optional<ContourSet> given;  // by start_from, for the next frame
+
+  bool tracking = false;
+  bool started_by_hand = false;
+  int age = 0;             // frames since the start
+  double sharpness = 0.0;  // of the chart it started on
+  int coasted = 0;
+  FaceChart last;
+  ContourNodes contours;
+  LipMap lips;
+  Mouth mouth;
+  Mouth rest;  // where it started
+  std::array<double, kNumFeatures> confidence{};
+  std::array<double, kNumFeatures> usual_evidence{};
+  FaceChart head_anchor;
+  std::vector<Point2> rigid = rigid_points();
+  std::array<std::vector<Keyframe>, kNumParts> keyframes;
+  size_t num_keyframes_made = 0;
+
+  bool start(const Frame& frame);
+  bool start_from_given(const Frame& frame);
+  void recover(const Frame& frame);
+  void look_again(const Frame& frame);
+  void restart_from(const FaceChart& chart, const ContourNodes& given_nodes = {});
+  bool follow(const Frame& frame);
+  bool follow_head(const Frame& frame, FaceChart& chart);
+  void follow_contours(const FaceChart& chart);
+  void judge(const FaceChart& chart,
+             const Evidence& evidence,
+             const std::array<std::vector<double>, kNumFeatures>& quality);
+  void remember(const FaceChart& chart);
+  ContourSet result(const Frame& frame) const;
+};
+
+bool Tracker::Impl::start(const Frame& frame) {
+  if (!finder) finder.emplace(options.cascade_folder);
+  const std::optional<FaceEyes> eyes = finder->find(frame.image);
+  if (!eyes) return false;
+  restart_from(make_face_chart(frame.image, image_from_chart(eyes->right_px, eyes->left_px)));
+  started_by_hand = false;
+  return true;
+}
+
+// The user's contours: where they are gives the head, they themselves stay, the rest is placed.
+bool Tracker::Impl::start_from_given(const Frame& frame) {
+  const ContourSet set = *std::exchange(given, std::nullopt);
+  const ContourNodes usual = template_contours();
+  ContourNodes placed;
+  std::vector<Point2> from, to;
+  for (size_t f = 0; f < kNumFeatures; ++f) {
+    const Contour* contour = set.visible(kFeatureSchema[f].name);
+    if (contour == nullptr || contour->points_px.size() < 2) continue;
+    placed[f] = resample(contour->points_px, kFeatureSchema[f].num_nodes);
+    from.insert(from.end(), usual[f].begin(), usual[f].end());
+    to.insert(to.end(), placed[f].begin(), placed[f].end());
+  }
+  // The scale of the head is free, so shrink to about one before the robust fit judges it.
+  const auto spread = [](const std::vector<Point2>& points) {
+    Point2 mean = Point2::Zero();
+    for (const Point2& p : points) mean += p / static_cast<double>(points.size());
+    double sum = 0.0;
+    for (const Point2& p : points) sum += (p - mean).norm() / static_cast<double>(points.size());
+    return sum;
+  };
+  if (from.empty() || !(spread(to) > 1.0)) return false;
+  const double scale = spread(to) / spread(from);
+  for (Point2& p : to) p /= scale;
+  const HeadFrameFit fit = fit_head_frame(from, to, 4.0);
+  if (!fit.ok) return false;
+  const Similarity place = Similarity{scale, 0.0, Point2::Zero()}.after(fit.similarity);
+  if (place.scale() * kChartEyeDistance < kLeastEyeDistance) return false;
+  const Similarity inverse = place.inverse();
+  for (auto& nodes : placed) {
+    for (Point2& p : nodes) p = inverse.apply(p);
+  }
+  restart_from(make_face_chart(frame.image, place), placed);
+  started_by_hand = true;
+  return true;
+}
+
+// Video often opens with a few blocky frames. When the face has become clearly sharper since the
+// start, and its lips stand out better, the start is made again.
+void Tracker::Impl::look_again(const Frame& frame) {
+  if (started_by_hand || (age != 12 && age != 25)) return;
+  if (sharpness_of(last) < options.sharper * sharpness) return;
+  const std::optional<FaceEyes> eyes = finder->find(frame.image);
+  if (!eyes) return;
+  const int frames = age;
+  restart_from(make_face_chart(frame.image, image_from_chart(eyes->right_px, eyes->left_px)));
+  age = frames;
+}
+
+void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& given_nodes) {
+  contours = place_contours(chart, lips, mouth);
+  for (size_t f = 0; f < kNumFeatures; ++f) {
+    if (!given_nodes[f].empty()) contours[f] = given_nodes[f];
+  }
+  rest = mouth;
+  const Evidence evidence = make_evidence(chart, lips);
+  for (size_t f = 0; f < kNumFeatures; ++f) {
+    usual_evidence[f] =
+        std::max(0.05, evidence_under(evidence, static_cast<FeatureIndex>(f), contours[f]));
+    confidence[f] = std::clamp(usual_evidence[f] / 0.5, 0.05, 1.0);
+  }
+  last = chart;
+  head_anchor = chart;
+  for (auto& list : keyframes) list.clear();
+  remember(chart);
+  tracking = true;
+  sharpness = sharpness_of(chart);
+  age = 0;
+  coasted = 0;
+}
+
+// Takes the head's motion off: on return `chart` shows the face where the last chart showed it.
+bool Tracker::Impl::follow_head(const Frame& frame, FaceChart& chart) {
+  Similarity place = last.image_from_chart;
+  FaceChart draft = make_face_chart(frame.image, place, true);
+  const auto correct = [&](const FaceChart& reference, double least_share) {
+    const Flow flow = follow_points(reference.pyramid, draft.pyramid, rigid, rigid, false);
+    std::vector<Point2> from, to;
+    for (size_t i = 0; i < rigid.size(); ++i) {
+      if (flow.quality[i] < 0.3) continue;
+      from.push_back(rigid[i]);
+      to.push_back(flow.points_px[i]);
+    }
+    const HeadFrameFit fit = fit_head_frame(from, to);
+    const double share =
+        fit.inlier_share * static_cast<double>(from.size()) / static_cast<double>(rigid.size());
+    if (!fit.ok || share < least_share) return false;
+    double moved = 0.0;
+    for (const Point2& p : rigid) moved = std::max(moved, (fit.similarity.apply(p) - p).norm());
+    if (moved > kStill) place = place.after(fit.similarity);
+    return true;
+  };
+  if (!correct(last, 0.3)) return false;
+  // Against the drift of frame-to-frame motion: the chart the head was first seen in.
+  draft = make_face_chart(frame.image, place, true);
+  correct(head_anchor, 0.5);
+  const double eyes_px = place.scale() * kChartEyeDistance;
+  if (eyes_px < kLeastEyeDistance || eyes_px > frame.image.cols) return false;
+  chart = make_face_chart(frame.image, place);
+  // A cut to something else: the middle of the face no longer looks like it did a frame ago.
+  return correlation(core_of(chart), core_of(last)) > kSameScene;
+}
+
+void Tracker::Impl::follow_contours(const FaceChart& chart) {
+  // Predict: flow from the last frame.
+  std::vector<Point2> from;
+  for (const auto& nodes : contours) from.insert(from.end(), nodes.begin(), nodes.end());
+  const Flow recent = follow_points(last.pyramid, chart.pyramid, from, from);
+
+  // Re-anchor: flow from the remembered look that resembles this one most.
+  std::array<const Keyframe*, kNumParts> look{};
+  std::array<double, kNumParts> likeness{};
+  for (size_t part = 0; part < kNumParts; ++part) {
+    const cv::Mat now = thumbnail_of(chart, static_cast<Part>(part));
+    likeness[part] = -1.0;
+    for (const Keyframe& keyframe : keyframes[part]) {
+      const double c = correlation(now, keyframe.thumbnail);
+      // Older looks are nearer to the start: a younger one must be clearly better.
+      if (c > likeness[part] + 0.01) {
+        likeness[part] = c;
+        look[part] = &keyframe;
+      }
+    }
+  }
+  std::array<Flow, kNumParts> anchored;
+  for (size_t part = 0; part < kNumParts; ++part) {
+    if (look[part] == nullptr) continue;
+    std::vector<Point2> then, guess;
+    size_t first = 0;
+    for (size_t f = 0; f < kNumFeatures; ++f) {
+      const size_t n = contours[f].size();
+      if (part_of(f) == part) {
+        const auto& nodes = look[part]->contours[f];
+        then.insert(then.end(), nodes.begin(), nodes.end());
+        guess.insert(
+            guess.end(), recent.points_px.begin() + first, recent.points_px.begin() + first + n);
+      }
+      first += n;
+    }
+    anchored[part] = follow_points(look[part]->chart.pyramid, chart.pyramid, then, guess);
+  }
+  std::array<std::vector<double>, kNumFeatures> quality;
+  std::array<std::vector<Point2>, kNumFeatures> target;
+  std::array<size_t, kNumParts> used{};
+  size_t at = 0;
+  for (size_t f = 0; f < kNumFeatures; ++f) {
+    const size_t n = contours[f].size();
+    std::vector<Point2> guess(recent.points_px.begin() + at, recent.points_px.begin() + at + n);
+    quality[f].assign(recent.quality.begin() + at, recent.quality.begin() + at + n);
+    at += n;
+    target[f] = guess;
+    const Part part = part_of(f);
+    if (look[part] == nullptr) continue;
+    const double trust = std::clamp((likeness[part] - 0.7) / 0.25, 0.0, 1.0);
+    for (size_t i = 0; i < n; ++i, ++used[part]) {
+      const double w = trust * anchored[part].quality[used[part]];
+      const double keep = 0.5 * quality[f][i] + 0.05;
+      target[f][i] = (keep * guess[i] + w * anchored[part].points_px[used[part]]) / (keep + w);
+      quality[f][i] = std::max(quality[f][i], w);
+    }
+  }
+
+  // Relax.
+  EvidenceOptions places;
+  places.nose_base_px = contours[kNoseTip][contours[kNoseTip].size() / 2].y();
+  places.mouth_line_px = 0.5 * (target[kUpperLip].front().y() + target[kUpperLip].back().y());
+  const Evidence evidence = make_evidence(chart, lips, places);
+  mouth = follow_mouth(evidence, mouth, rest);
+  for (const FeatureIndex f : {kUpperLip, kLowerLip}) {
+    const std::vector<Point2> model = lip_nodes(mouth, f == kUpperLip);
+    for (size_t i = 0; i < model.size(); ++i) {
+      target[f][i] += options.model_share * (model[i] - target[f][i]);
+    }
+  }
+  for (size_t f = 0; f < kNumFeatures; ++f) {
+    std::vector<SoftAnchor> anchors(contours[f].size());
+    for (size_t i = 0; i < anchors.size(); ++i) {
+      const bool corner = (f == kUpperLip || f == kLowerLip) && (i == 0 || i + 1 == anchors.size());
+      anchors[i].target = target[f][i];
+      anchors[i].weight = options.flow_hold * (0.1 + quality[f][i]) * (corner ? 4.0 : 1.0);
+    }
+    const ContourLandscape landscape(evidence, static_cast<FeatureIndex>(f), target[f]);
+    Snake snake(target[f], snake_options(static_cast<FeatureIndex>(f)));
+    snake.set_anchors(anchors);
+    report.relax_iterations += snake.relax(&landscape).iterations;
+    contours[f] = resample(snake.nodes(), static_cast<int>(contours[f].size()));
+  }
+  join_lip_ends(contours);
+  judge(chart, evidence, quality);
+}
+
+void Tracker::Impl::judge(const FaceChart&,
+                          const Evidence& evidence,
+                          const std::array<std::vector<double>, kNumFeatures>& quality) {
+  for (size_t f = 0; f < kNumFeatures; ++f) {
+    const double share =
+        evidence_under(evidence, static_cast<FeatureIndex>(f), contours[f]) / usual_evidence[f];
+    double flow = 0.0;
+    for (const double q : quality[f]) flow += q / static_cast<double>(quality[f].size());
+    confidence[f] = std::clamp(std::min(1.0, share), 0.1, 1.0) * std::clamp(0.2 + flow, 0.1, 1.0);
+  }
+}
+
+void Tracker::Impl::remember(const FaceChart& chart) {
+  for (size_t part = 0; part < kNumParts; ++part) {
+    const cv::Mat now = thumbnail_of(chart, static_cast<Part>(part));
+    double best = -1.0;
+    for (const Keyframe& keyframe : keyframes[part]) {
+      best = std::max(best, correlation(now, keyframe.thumbnail));
+    }
+    if (best > options.new_look_correlation || keyframes[part].size() >= 24) continue;
+    keyframes[part].push_back({chart, now, contours});
+  }
+}
+
+bool Tracker::Impl::follow(const Frame& frame) {
+  FaceChart chart;
+  if (!follow_head(frame, chart)) return false;
+  follow_contours(chart);
+  remember(chart);
+  last = chart;
+  ++age;
+  coasted = 0;
+  look_again(frame);
+  return true;
+}
+
+// The face was not where it should be: look for it in the whole picture, else wait a few frames.
+void Tracker::Impl::recover(const Frame& frame) {
+  if (start(frame)) return;
+  ++coasted;
+  for (double& c : confidence) c *= 0.5;
+  if (coasted > options.max_coast_frames) tracking = false;
+}
+
+ContourSet Tracker::Impl::result(const Frame& frame) const {
+  ContourSet set;
+  set.frame_index = frame.index;
+  set.time_s = frame.time_s;
+  for (size_t f = 0; f < kNumFeatures; ++f) {
+    Contour contour;
+    contour.name = kFeatureSchema[f].name;
+    if (tracking) {
+      int outside = 0;
+      for (const Point2& p : contours[f]) {
+        const Point2 q = last.image_from_chart.apply(p);
+        outside += q.x() < 0.0 || q.y() < 0.0 || q.x() > frame.image.cols - 1.0 ||
+                   q.y() > frame.image.rows - 1.0;
+        contour.points_px.push_back(q);
+      }
+      contour.confidence = confidence[f];
+      // Mostly out of the picture: nothing is known of it.
+      if (3 * outside > static_cast<int>(contours[f].size())) {
+        contour.points_px.clear();
+        contour.confidence = 0.0;
+      }
+    }
+    set.contours.push_back(std::move(contour));
+  }
+  return set;
+}
+
+Tracker::Tracker(const TrackerOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+Tracker::~Tracker() = default;
+Tracker::Tracker(Tracker&&) noexcept = default;
+Tracker& Tracker::operator=(Tracker&&) noexcept = default;
+
+void Tracker::start_from(const ContourSet& initial) { impl_->given = initial; }
+
+ContourSet Tracker::track(const Frame& frame) {
+  Impl& impl = *impl_;
+  impl.report = {};
+  const bool usable = !as_bgr(frame.image).empty();
+  if (usable && impl.given && impl.start_from_given(frame)) {
+    // Nothing more to do in this frame.
+  } else if (usable && impl.tracking) {
+    if (!impl.follow(frame)) impl.recover(frame);
+  } else if (usable) {
+    impl.start(frame);
+  } else {
+    impl.tracking = false;
+  }
+  ContourSet set = impl.result(frame);
+  impl.report.face_found = impl.tracking;
+  for (const Contour& contour : set.contours) impl.report.num_lost += contour.lost() ? 1 : 0;
+  return set;
+}
+
+const TrackReport& Tracker::report() const { return impl_->report; }
+
+}  // namespace zygoma
