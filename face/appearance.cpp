@@ -150,7 +150,7 @@ class Painter {
         stroke(side,
                lid_margin(s, +1),
                {std::cos(angle), std::sin(angle)},
-               dice.between(1.2, 2.4) * (0.6 + 0.6 * s),
+               dice.between(0.9, 1.9) * (0.6 + 0.6 * s),
                0.20,
                dice.between(0.35, 0.7),
                black);
@@ -272,7 +272,7 @@ class Painter {
     const double above = std::hypot(front.y() - lid_margin(t, +1).y(), 1.6 * past);
     const double below = std::hypot(lid_margin(t, -1).y() - front.y(), 1.6 * past);
     const Colour lash = identity_.hair_tone * 0.45F;
-    colour = mix(colour, lash, 0.85 * smooth_step(1.5, 0.3, above) * smooth_step(-0.05, 0.2, s));
+    colour = mix(colour, lash, 0.85 * smooth_step(1.2, 0.3, above) * smooth_step(-0.05, 0.2, s));
     const Colour pink = identity_.skin_tone.cwiseProduct(Colour(0.93F, 0.74F, 0.72F));
     colour = mix(colour, pink, 0.7 * smooth_step(1.2, 0.3, below));
     colour = mix(colour, lash, 0.45 * bump((below - 1.3) / 0.8) * smooth_step(0.1, 0.6, s));

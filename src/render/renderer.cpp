@@ -394,8 +394,10 @@ void Renderer::Impl::mark_seen() {
 
 void Renderer::Impl::light_vertices(const Shader& shader) {
   static const std::vector<Point> few = hemisphere(16);
+  constexpr float kMouthReach = 13.0F;  // light bounces about in a mouth: only near things shade
   in_parallel(static_cast<int>(watched.size()), options.num_threads, [&](int first, int last) {
-    for (int i = first; i < last; ++i) ambient[watched[i]] = open_share(watched[i], few, 70.0F);
+    for (int i = first; i < last; ++i)
+      ambient[watched[i]] = open_share(watched[i], few, kMouthReach);
   });
   if (!options.shadows) return;
   // A few rays per vertex towards an area light; the same ones in every picture.
