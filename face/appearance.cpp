@@ -135,7 +135,8 @@ class Painter {
         const double room =
             (upper(x + length * along.x()) + 0.3 - root.y()) / std::max(0.05, along.y());
         if (along.y() > 0.0) length = std::min(length, std::max(1.5, room));
-        stroke(side, root, along, length, 0.26 * (1.0 - 0.3 * s), dice.between(0.25, 0.65), dark_);
+        stroke(
+            side, {root, along, length, 0.26 * (1.0 - 0.3 * s), dice.between(0.25, 0.65)}, dark_);
       }
     }
   }
@@ -148,22 +149,22 @@ class Painter {
         const double s = dice.between(0.06, 1.0);
         const double angle = 2.0 - 1.55 * s + dice.between(-0.25, 0.25);
         stroke(side,
-               lid_margin(s, +1),
-               {std::cos(angle), std::sin(angle)},
-               dice.between(0.9, 1.9) * (0.6 + 0.6 * s),
-               0.20,
-               dice.between(0.35, 0.7),
+               {lid_margin(s, +1),
+                {std::cos(angle), std::sin(angle)},
+                dice.between(0.9, 1.9) * (0.6 + 0.6 * s),
+                0.20,
+                dice.between(0.35, 0.7)},
                black);
       }
       for (int i = 0; i < 70; ++i) {
         const double s = dice.between(0.15, 0.97);
         const double angle = -(2.0 - 1.4 * s) + dice.between(-0.25, 0.25);
         stroke(side,
-               lid_margin(s, -1),
-               {std::cos(angle), std::sin(angle)},
-               dice.between(0.8, 1.7),
-               0.13,
-               dice.between(0.15, 0.4),
+               {lid_margin(s, -1),
+                {std::cos(angle), std::sin(angle)},
+                dice.between(0.8, 1.7),
+                0.13,
+                dice.between(0.15, 0.4)},
                black);
       }
     }
@@ -327,22 +328,25 @@ class Painter {
     return mix(skin, colour, 0.97 * cover);
   }
 
-  // A tapering hair from a root in the frontal picture, x >= 0, drawn on one side.
-  void stroke(double side,
-              const Vec2& root,
-              const Vec2& along,
-              double length,
-              double radius,
-              double opacity,
-              const Colour& colour) {
-    const Vec2 a = shape_.domain_from_front(root);
-    const Vec2 b = shape_.domain_from_front(root + length * along);
-    const int steps = std::max(2, static_cast<int>(length / 0.16));
+  // A tapering hair in the frontal picture, x >= 0.
+  struct Hair {
+    Vec2 root;
+    Vec2 along;
+    double length;
+    double radius;
+    double opacity;
+  };
+
+  // Drawn on one side.
+  void stroke(double side, const Hair& hair, const Colour& colour) {
+    const Vec2 a = shape_.domain_from_front(hair.root);
+    const Vec2 b = shape_.domain_from_front(hair.root + hair.length * hair.along);
+    const int steps = std::max(2, static_cast<int>(hair.length / 0.16));
     for (int i = 0; i <= steps; ++i) {
       const double t = static_cast<double>(i) / steps;
       Vec2 at = a + t * (b - a);
       at.x() *= side;
-      dab(at, radius * (1.0 - 0.6 * t), 0.45 * opacity * (1.0 - 0.5 * t), colour);
+      dab(at, hair.radius * (1.0 - 0.6 * t), 0.45 * hair.opacity * (1.0 - 0.5 * t), colour);
     }
   }
 
