@@ -135,7 +135,8 @@ class Painter {
         const double room =
             (upper(x + length * along.x()) + 0.3 - root.y()) / std::max(0.05, along.y());
         if (along.y() > 0.0) length = std::min(length, std::max(1.5, room));
-        stroke(side, root, along, length, 0.26 * (1.0 - 0.3 * s), dice.between(0.25, 0.65), dark_);
+        stroke(
+            side, {root, along, length, 0.26 * (1.0 - 0.3 * s), dice.between(0.25, 0.65)}, dark_);
       }
     }
   }
@@ -148,23 +149,44 @@ class Painter {
         const double s = dice.between(0.06, 1.0);
         const double angle = 2.0 - 1.55 * s + dice.between(-0.25, 0.25);
         stroke(side,
-               lid_margin(s, +1),
-               {std::cos(angle), std::sin(angle)},
-               dice.between(1.2, 2.4) * (0.6 + 0.6 * s),
-               0.20,
-               dice.between(0.35, 0.7),
+               {lid_margin(s, +1),
+                {std::cos(angle), std::sin(angle)},
+                dice.between(0.9, 1.9) * (0.6 + 0.6 * s),
+                0.20,
+                dice.between(0.35, 0.7)},
                black);
       }
       for (int i = 0; i < 70; ++i) {
         const double s = dice.between(0.15, 0.97);
         const double angle = -(2.0 - 1.4 * s) + dice.between(-0.25, 0.25);
         stroke(side,
-               lid_margin(s, -1),
-               {std::cos(angle), std::sin(angle)},
-               dice.between(0.8, 1.7),
-               0.13,
-               dice.between(0.15, 0.4),
+               {lid_margin(s, -1),
+                {std::cos(angle), std::sin(angle)},
+                dice.between(0.8, 1.7),
+                0.13,
+                dice.between(0.15, 0.4)},
                black);
+      }
+    }
+  }
+
+  // Short thin hairs in front of the hairline, so that it does not look like the rim of a cap.
+  void fringe() {
+    Dice dice(identity_.texture_seed + 31U);
+    for (int i = 0; i < 1500; ++i) {
+      const double x = dice.between(-98.0, 98.0);
+      const double slope =
+          0.5 * (shape_.hairline(std::abs(x) + 1.0) - shape_.hairline(std::abs(x) - 1.0));
+      const double below = 6.0 * dice() * dice();
+      const Vec2 root(x, shape_.hairline(std::abs(x)) + 2.5 - below * std::hypot(1.0, slope));
+      const Vec2 along = (root - Vec2(0.0, 5.0)).normalized();
+      const double turn = dice.between(-0.35, 0.35);
+      const Vec2 turned(std::cos(turn) * along.x() - std::sin(turn) * along.y(),
+                        std::sin(turn) * along.x() + std::cos(turn) * along.y());
+      const double length = dice.between(3.0, 9.0);
+      const double opacity = dice.between(0.08, 0.34);
+      for (double t = 0.0; t < length; t += 0.3) {
+        dab(root + t * turned, 0.16, opacity * std::min(1.0, 0.3 + t / 4.0), identity_.hair_tone);
       }
     }
   }
@@ -251,7 +273,7 @@ class Painter {
     const double above = std::hypot(front.y() - lid_margin(t, +1).y(), 1.6 * past);
     const double below = std::hypot(lid_margin(t, -1).y() - front.y(), 1.6 * past);
     const Colour lash = identity_.hair_tone * 0.45F;
-    colour = mix(colour, lash, 0.85 * smooth_step(1.5, 0.3, above) * smooth_step(-0.05, 0.2, s));
+    colour = mix(colour, lash, 0.85 * smooth_step(1.2, 0.3, above) * smooth_step(-0.05, 0.2, s));
     const Colour pink = identity_.skin_tone.cwiseProduct(Colour(0.93F, 0.74F, 0.72F));
     colour = mix(colour, pink, 0.7 * smooth_step(1.2, 0.3, below));
     colour = mix(colour, lash, 0.45 * bump((below - 1.3) / 0.8) * smooth_step(0.1, 0.6, s));
@@ -306,22 +328,25 @@ class Painter {
     return mix(skin, colour, 0.97 * cover);
   }
 
-  // A tapering hair from a root in the frontal picture, x >= 0, drawn on one side.
-  void stroke(double side,
-              const Vec2& root,
-              const Vec2& along,
-              double length,
-              double radius,
-              double opacity,
-              const Colour& colour) {
-    const Vec2 a = shape_.domain_from_front(root);
-    const Vec2 b = shape_.domain_from_front(root + length * along);
-    const int steps = std::max(2, static_cast<int>(length / 0.16));
+  // A tapering hair in the frontal picture, x >= 0.
+  struct Hair {
+    Vec2 root;
+    Vec2 along;
+    double length;
+    double radius;
+    double opacity;
+  };
+
+  // Drawn on one side.
+  void stroke(double side, const Hair& hair, const Colour& colour) {
+    const Vec2 a = shape_.domain_from_front(hair.root);
+    const Vec2 b = shape_.domain_from_front(hair.root + hair.length * hair.along);
+    const int steps = std::max(2, static_cast<int>(hair.length / 0.16));
     for (int i = 0; i <= steps; ++i) {
       const double t = static_cast<double>(i) / steps;
       Vec2 at = a + t * (b - a);
       at.x() *= side;
-      dab(at, radius * (1.0 - 0.6 * t), 0.45 * opacity * (1.0 - 0.5 * t), colour);
+      dab(at, hair.radius * (1.0 - 0.6 * t), 0.45 * hair.opacity * (1.0 - 0.5 * t), colour);
     }
   }
 
@@ -370,6 +395,7 @@ Texture paint_skin(const HeadShape& shape, const Identity& identity, int size_px
   Painter painter(shape, identity, size_px);
   painter.ground();
   painter.freckles();
+  painter.fringe();
   painter.brows();
   painter.lashes();
   return painter.finish();

@@ -155,7 +155,7 @@ RigidPart ellipsoid(const HeadShape& shape,
   constexpr int kAround = 28;
   RigidPart part;
   for (int r = 0; r < kRings; ++r) {
-    const double a = M_PI * (0.02 + 0.96 * r / (kRings - 1.0));
+    const double a = M_PI * (0.0005 + 0.999 * r / (kRings - 1.0));
     for (int k = 0; k < kAround; ++k) {
       const double b = 2.0 * M_PI * k / kAround;
       const Vec3 unit(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a));
@@ -268,6 +268,34 @@ RigidPart shirt(const Identity& identity) {
   return part;
 }
 
+// The pink flesh in the inner corner of the eye; side = +1: the left one.
+RigidPart caruncle(const HeadShape& shape, double side) {
+  const Vec3 corner = shape.eye_centre() + Vec3(-12.4, -3.5, 7.6);
+  RigidPart flesh;
+  constexpr int kRings = 9;
+  constexpr int kAround = 14;
+  for (int r = 0; r < kRings; ++r) {
+    const double a = M_PI * (0.0005 + 0.999 * r / (kRings - 1.0));
+    for (int k = 0; k < kAround; ++k) {
+      const double b = 2.0 * M_PI * k / kAround;
+      flesh.mesh.positions_mm.emplace_back(
+          3.6 * std::sin(a) * std::cos(b), 2.6 * std::sin(a) * std::sin(b), 3.7 * std::cos(a));
+      flesh.albedo.emplace_back(0.50F, 0.25F, 0.22F);
+    }
+  }
+  join_grid(flesh, kRings, kAround, true);
+  for (Vec3& at : flesh.mesh.positions_mm) {
+    at += corner;
+    at.x() *= side;
+  }
+  if (side < 0.0) {
+    for (Triangle& t : flesh.mesh.triangles) std::swap(t[1], t[2]);
+  }
+  flesh.name = side > 0.0 ? "caruncle_left" : "caruncle_right";
+  flesh.gloss = 0.4F;
+  return flesh;
+}
+
 }  // namespace
 
 std::vector<RigidPart> make_rigid_parts(const HeadShape& shape, const Identity& identity) {
@@ -287,8 +315,8 @@ std::vector<RigidPart> make_rigid_parts(const HeadShape& shape, const Identity& 
   parts.push_back(tongue);
   RigidPart cavity = ellipsoid(
       shape,
-      Vec3(0.0, -74.0, -26.0),
-      Vec3(30.0, 34.0, 30.0),
+      Vec3(0.0, -74.0, -28.0),
+      Vec3(36.0, 34.0, 34.0),
       [](const Vec3& unit) {
         return Colour(mix(Colour(0.012F, 0.004F, 0.004F), Colour(0.05F, 0.014F, 0.013F), unit.z()));
       },
@@ -296,12 +324,14 @@ std::vector<RigidPart> make_rigid_parts(const HeadShape& shape, const Identity& 
   // Open towards the lips.
   std::vector<Triangle>& triangles = cavity.mesh.triangles;
   const std::vector<Vec3>& p = cavity.mesh.positions_mm;
-  std::erase_if(triangles, [&](const Triangle& t) { return p[t[0]].z() > -12.0; });
+  std::erase_if(triangles, [&](const Triangle& t) { return p[t[0]].z() > -7.0; });
   cavity.name = "mouth_cavity";
   parts.push_back(cavity);
   parts.push_back(ear(shape, identity, true));
   parts.push_back(ear(shape, identity, false));
   parts.push_back(shirt(identity));
+  parts.push_back(caruncle(shape, +1.0));
+  parts.push_back(caruncle(shape, -1.0));
   const Colour hair = 0.8F * linear_from_srgb(identity.hair_tone);
   RigidPart back = ellipsoid(
       shape,

@@ -394,8 +394,10 @@ void Renderer::Impl::mark_seen() {
 
 void Renderer::Impl::light_vertices(const Shader& shader) {
   static const std::vector<Point> few = hemisphere(16);
+  constexpr float kMouthReach = 13.0F;  // light bounces about in a mouth: only near things shade
   in_parallel(static_cast<int>(watched.size()), options.num_threads, [&](int first, int last) {
-    for (int i = first; i < last; ++i) ambient[watched[i]] = open_share(watched[i], few, 70.0F);
+    for (int i = first; i < last; ++i)
+      ambient[watched[i]] = open_share(watched[i], few, kMouthReach);
   });
   if (!options.shadows) return;
   // A few rays per vertex towards an area light; the same ones in every picture.
@@ -522,6 +524,11 @@ Colour Renderer::Impl::shade(const Hit& hit, const Shader& shader) const {
     point.shine = std::clamp(1.4F * point.albedo.y() / skin_level - 0.25F, 0.12F, 1.0F);
   } else {
     point.albedo = w * part_albedo[a] + hit.u * part_albedo[b] + hit.v * part_albedo[c];
+  }
+  // The inside of the skin, seen through the open mouth: flesh in the dark.
+  constexpr float kInside = -0.12F;
+  if (part == 0 && point.normal.dot(point.to_camera) < kInside) {
+    return point.albedo.cwiseProduct(Colour(0.05F, 0.015F, 0.012F));
   }
   return shader(point);
 }
