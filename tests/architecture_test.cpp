@@ -108,7 +108,6 @@ const std::vector<Room> kRooms{
       "OpenCV video",
       "OpenCV objdetect",
       "OpenCV imgcodecs",
-      "OpenCV videoio",
       "Eigen",
       "Ceres",
       "nlohmann-json",

@@ -1,9 +1,9 @@
-// FFmpeg and OpenCV like to talk to stderr about damaged files. What matters about a file reaches
-// the user through our own messages, so the libraries are told to be silent.
+// FFmpeg likes to talk to stderr about damaged files. What matters about a file reaches the user
+// through our own messages, so the library is told to be silent.
 #pragma once
 
 namespace zygoma {
 
-void silence_video_libraries();
+void silence_video_library();
 
 }  // namespace zygoma

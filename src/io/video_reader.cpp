@@ -2,14 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
-#include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
+#include <limits>
+#include <new>
+#include <opencv2/core.hpp>
 #include <utility>
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+#include <libavutil/display.h>
+#include <libswscale/swscale.h>
+}
 
 #include "src/base/check.h"
 #include "src/io/quiet.h"
-#include "src/io/rotation_tag.h"
 #include "src/io/video_clock.h"
 
 namespace zygoma {
@@ -19,6 +27,20 @@ constexpr const char* kExpected = ", expected a video file (MP4, MOV, AVI, MKV, 
 constexpr double kFallbackFramesPerSecond = 30.0;
 constexpr double kLargestCredibleRate = 1000.0;
 constexpr double kLargestCredibleCount = 1e8;
+constexpr double kNoStamp = std::numeric_limits<double>::quiet_NaN();
+
+struct CloseContainer {
+  void operator()(AVFormatContext* container) const { avformat_close_input(&container); }
+};
+struct FreeCodec {
+  void operator()(AVCodecContext* codec) const { avcodec_free_context(&codec); }
+};
+struct FreeFrame {
+  void operator()(AVFrame* frame) const { av_frame_free(&frame); }
+};
+struct FreePacket {
+  void operator()(AVPacket* packet) const { av_packet_free(&packet); }
+};
 
 void require_readable(const std::string& path) {
   std::error_code failure;
@@ -34,97 +56,268 @@ void require_readable(const std::string& path) {
 }
 
 // FFmpeg draws text files whose name says so (.txt, .nfo) as pictures of a terminal.
-bool is_text_art(const cv::VideoCapture& capture) {
-  const int fourcc = static_cast<int>(capture.get(cv::CAP_PROP_FOURCC));
-  return fourcc == cv::VideoWriter::fourcc('a', 'n', 's', 'i');
+bool is_text_art(AVCodecID codec) {
+  return codec == AV_CODEC_ID_ANSI || codec == AV_CODEC_ID_BINTEXT || codec == AV_CODEC_ID_XBIN ||
+         codec == AV_CODEC_ID_IDF;
 }
 
-double credible_rate(double claim) {
-  const bool credible = std::isfinite(claim) && claim > 0.0 && claim <= kLargestCredibleRate;
-  return credible ? claim : kFallbackFramesPerSecond;
+const std::int32_t* display_matrix(const AVStream& stream) {
+#if LIBAVFORMAT_VERSION_INT >= AV_VERSION_INT(60, 15, 100)
+  const AVPacketSideData* data = av_packet_side_data_get(stream.codecpar->coded_side_data,
+                                                         stream.codecpar->nb_coded_side_data,
+                                                         AV_PKT_DATA_DISPLAYMATRIX);
+  const std::uint8_t* bytes = data == nullptr ? nullptr : data->data;
+#else
+  const std::uint8_t* bytes = av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, nullptr);
+#endif
+  return reinterpret_cast<const std::int32_t*>(bytes);
 }
 
-VideoInfo info_of(const cv::VideoCapture& capture,
-                  const std::string& path,
-                  int rotation_deg,
-                  cv::Size shown) {
-  VideoInfo info;
-  info.path = path;
-  info.width_px = shown.width;
-  info.height_px = shown.height;
-  const double count = capture.get(cv::CAP_PROP_FRAME_COUNT);
-  if (count > 0 && count < kLargestCredibleCount) info.about_num_frames = static_cast<int>(count);
-  info.average_frames_per_s = credible_rate(capture.get(cv::CAP_PROP_FPS));
-  info.rotation_deg = rotation_deg;
-  const double sar_num = capture.get(cv::CAP_PROP_SAR_NUM);
-  const double sar_den = capture.get(cv::CAP_PROP_SAR_DEN);
-  if (sar_num > 0 && sar_den > 0) {
-    const bool upright = info.rotation_deg % 180 == 0;
-    info.pixel_aspect = upright ? sar_num / sar_den : sar_den / sar_num;
+// Clockwise, one of 0, 90, 180, 270.
+int rotation_tag_deg(const AVStream& stream) {
+  const std::int32_t* matrix = display_matrix(stream);
+  const double counter_clockwise_deg = matrix == nullptr ? 0.0 : av_display_rotation_get(matrix);
+  if (!std::isfinite(counter_clockwise_deg)) return 0;
+  const int quarter_turns = static_cast<int>(std::lround(-counter_clockwise_deg / 90.0));
+  return (quarter_turns % 4 + 4) % 4 * 90;
+}
+
+double average_rate(AVFormatContext* container, AVStream* stream) {
+  double rate = av_q2d(stream->avg_frame_rate);
+  if (!(rate > 0.0)) rate = av_q2d(av_guess_frame_rate(container, stream, nullptr));
+  const bool credible = std::isfinite(rate) && rate > 0.0 && rate <= kLargestCredibleRate;
+  return credible ? rate : kFallbackFramesPerSecond;
+}
+
+int about_num_frames(const AVFormatContext& container, const AVStream& stream, double rate) {
+  double count = static_cast<double>(stream.nb_frames);
+  if (count <= 0 && stream.duration > 0) {
+    count = static_cast<double>(stream.duration) * av_q2d(stream.time_base) * rate;
   }
-  return info;
+  if (count <= 0 && container.duration > 0) {
+    count = static_cast<double>(container.duration) / AV_TIME_BASE * rate;
+  }
+  return count > 0 && count < kLargestCredibleCount ? static_cast<int>(std::lround(count)) : 0;
+}
+
+// The pictures of the first video stream, one after the other, as they are stored.
+class Decoder {
+ public:
+  // False when this is not a video that can be decoded.
+  bool open(const std::string& path) {
+    AVDictionary* options = nullptr;
+    av_dict_set(&options, "protocol_whitelist", "file", 0);  // a playlist must not call the network
+    AVFormatContext* opened = nullptr;
+    const int status = avformat_open_input(&opened, path.c_str(), nullptr, &options);
+    av_dict_free(&options);
+    if (status < 0) return false;
+    container_.reset(opened);
+    if (avformat_find_stream_info(container_.get(), nullptr) < 0) return false;
+    return open_stream();
+  }
+
+  // The next picture, or nullptr at the end. Damaged stretches are passed over.
+  const AVFrame* next() {
+    for (;;) {
+      av_frame_unref(frame_.get());
+      const int status = avcodec_receive_frame(codec_.get(), frame_.get());
+      if (status == 0) return frame_.get();
+      if (status == AVERROR_EOF) return nullptr;
+      if (!feed()) return nullptr;
+    }
+  }
+
+  // Of the last picture, s; NaN if the file does not say.
+  double stamp_s() const {
+    const bool has_stamps = (container_->iformat->flags & AVFMT_NOTIMESTAMPS) == 0;
+    const std::int64_t stamp = frame_->best_effort_timestamp;
+    if (!has_stamps || stamp == AV_NOPTS_VALUE) return kNoStamp;
+    return static_cast<double>(stamp) * av_q2d(stream_->time_base);
+  }
+
+  AVFormatContext* container() const { return container_.get(); }
+  AVStream* stream() const { return stream_; }
+
+ private:
+  bool open_stream() {
+    const AVCodec* decoder = nullptr;
+    const int index =
+        av_find_best_stream(container_.get(), AVMEDIA_TYPE_VIDEO, -1, -1, &decoder, 0);
+    if (index < 0 || decoder == nullptr || is_text_art(decoder->id)) return false;
+    stream_ = container_->streams[index];
+    if ((stream_->disposition & AV_DISPOSITION_ATTACHED_PIC) != 0) return false;  // cover of a song
+    for (unsigned i = 0; i < container_->nb_streams; ++i) {
+      if (container_->streams[i] != stream_) container_->streams[i]->discard = AVDISCARD_ALL;
+    }
+    codec_.reset(avcodec_alloc_context3(decoder));
+    frame_.reset(av_frame_alloc());
+    packet_.reset(av_packet_alloc());
+    if (!codec_ || !frame_ || !packet_) throw std::bad_alloc();
+    if (avcodec_parameters_to_context(codec_.get(), stream_->codecpar) < 0) return false;
+    codec_->pkt_timebase = stream_->time_base;
+    codec_->thread_count = 0;  // as many as there are cores; the pictures are the same
+    return avcodec_open2(codec_.get(), decoder, nullptr) >= 0;
+  }
+
+  // Hands the decoder its next packet, or the news that there is none. False when it has had that
+  // news before.
+  bool feed() {
+    if (drained_) return false;
+    while (av_read_frame(container_.get(), packet_.get()) >= 0) {
+      const bool ours = packet_->stream_index == stream_->index;
+      if (ours) avcodec_send_packet(codec_.get(), packet_.get());  // damaged ones are its business
+      av_packet_unref(packet_.get());
+      if (ours) return true;
+    }
+    drained_ = true;
+    avcodec_send_packet(codec_.get(), nullptr);
+    return true;
+  }
+
+  std::unique_ptr<AVFormatContext, CloseContainer> container_;
+  std::unique_ptr<AVCodecContext, FreeCodec> codec_;
+  std::unique_ptr<AVFrame, FreeFrame> frame_;
+  std::unique_ptr<AVPacket, FreePacket> packet_;
+  AVStream* stream_ = nullptr;
+  bool drained_ = false;
+};
+
+// Decoded pictures to BGR of one size, which is that of the first picture.
+class ColourConverter {
+ public:
+  ~ColourConverter() { sws_freeContext(scaler_); }
+
+  // False when this kind of picture cannot be converted. The result is valid until the next call.
+  bool convert(const AVFrame& picture, cv::Mat& bgr) {
+    if (!bgr_) allocate(picture.width, picture.height);
+    if (!prepare(picture)) return false;
+    sws_scale(
+        scaler_, picture.data, picture.linesize, 0, picture.height, bgr_->data, bgr_->linesize);
+    bgr = cv::Mat(bgr_->height, bgr_->width, CV_8UC3, bgr_->data[0], bgr_->linesize[0]);
+    return true;
+  }
+
+ private:
+  // Rows are padded, because the conversion writes whole vector registers.
+  void allocate(int width, int height) {
+    bgr_.reset(av_frame_alloc());
+    if (!bgr_) throw std::bad_alloc();
+    bgr_->width = width;
+    bgr_->height = height;
+    bgr_->format = AV_PIX_FMT_BGR24;
+    if (av_frame_get_buffer(bgr_.get(), 0) < 0) throw std::bad_alloc();
+  }
+
+  // Pictures of a stream are alike as a rule; whatever changes on the way is followed.
+  bool prepare(const AVFrame& picture) {
+    SwsContext* scaler = sws_getCachedContext(scaler_,
+                                              picture.width,
+                                              picture.height,
+                                              static_cast<AVPixelFormat>(picture.format),
+                                              bgr_->width,
+                                              bgr_->height,
+                                              AV_PIX_FMT_BGR24,
+                                              SWS_BICUBIC,
+                                              nullptr,
+                                              nullptr,
+                                              nullptr);
+    // By what it is for: a new one may have the address of the old one.
+    const bool is_new = picture.format != format_ || picture.width != width_ ||
+                        picture.height != height_ || picture.colorspace != colour_space_ ||
+                        picture.color_range != colour_range_;
+    scaler_ = scaler;
+    format_ = picture.format;
+    width_ = picture.width;
+    height_ = picture.height;
+    colour_space_ = picture.colorspace;
+    colour_range_ = picture.color_range;
+    if (scaler_ != nullptr && is_new) {
+      constexpr int kUnity = 1 << 16;
+      sws_setColorspaceDetails(scaler_,
+                               sws_getCoefficients(colour_space_),
+                               colour_range_ == AVCOL_RANGE_JPEG ? 1 : 0,
+                               sws_getCoefficients(SWS_CS_DEFAULT),
+                               1,
+                               0,
+                               kUnity,
+                               kUnity);
+    }
+    return scaler_ != nullptr;
+  }
+
+  SwsContext* scaler_ = nullptr;
+  int format_ = AV_PIX_FMT_NONE;
+  int width_ = 0;
+  int height_ = 0;
+  AVColorSpace colour_space_ = AVCOL_SPC_UNSPECIFIED;
+  AVColorRange colour_range_ = AVCOL_RANGE_UNSPECIFIED;
+  std::unique_ptr<AVFrame, FreeFrame> bgr_;
+};
+
+void turn(const cv::Mat& stored, int rotation_deg, cv::Mat& shown) {
+  switch (rotation_deg) {
+    case 90:
+      cv::rotate(stored, shown, cv::ROTATE_90_CLOCKWISE);
+      break;
+    case 180:
+      cv::rotate(stored, shown, cv::ROTATE_180);
+      break;
+    case 270:
+      cv::rotate(stored, shown, cv::ROTATE_90_COUNTERCLOCKWISE);
+      break;
+    default:
+      stored.copyTo(shown);
+  }
 }
 
 }  // namespace
 
 struct VideoReader::Impl {
-  cv::VideoCapture capture;
+  Decoder decoder;
+  ColourConverter converter;
   VideoInfo info;
   VideoClock clock{kFallbackFramesPerSecond};
   cv::Mat first_picture;  // decoded by the constructor, delivered by the first read()
-  cv::Mat as_stored;      // before it is turned
   double first_stamp_s = 0.0;
-  int rotation_deg = 0;
   int num_read = 0;
   bool at_end = false;
 
-  bool decode(cv::Mat& image) {
-    if (rotation_deg % 180 == 0) {
-      if (!capture.read(image) || image.empty()) return false;
-      if (rotation_deg == 180) cv::flip(image, image, -1);
-      return true;
-    }
-    if (!capture.read(as_stored) || as_stored.empty()) return false;
-    const bool clockwise = rotation_deg == 90;
-    cv::rotate(
-        as_stored, image, clockwise ? cv::ROTATE_90_CLOCKWISE : cv::ROTATE_90_COUNTERCLOCKWISE);
+  bool decode(cv::Mat& image, double& stamp_s) {
+    const AVFrame* picture = decoder.next();
+    cv::Mat stored;
+    if (picture == nullptr || !converter.convert(*picture, stored)) return false;
+    stamp_s = decoder.stamp_s();
+    turn(stored, info.rotation_deg, image);
     return true;
   }
 
-  double stamp_s() const { return capture.get(cv::CAP_PROP_POS_MSEC) / 1000.0; }
-
-  bool next_picture(cv::Mat& image, double& stamp) {
-    if (num_read == 0) {
-      cv::swap(image, first_picture);
-      first_picture.release();
-      stamp = first_stamp_s;
-      return true;
+  void describe(const std::string& path) {
+    AVStream* stream = decoder.stream();
+    info.path = path;
+    info.average_frames_per_s = average_rate(decoder.container(), stream);
+    info.about_num_frames =
+        about_num_frames(*decoder.container(), *stream, info.average_frames_per_s);
+    info.rotation_deg = rotation_tag_deg(*stream);
+    const double aspect =
+        av_q2d(av_guess_sample_aspect_ratio(decoder.container(), stream, nullptr));
+    if (std::isfinite(aspect) && aspect > 0.0) {
+      info.pixel_aspect = info.rotation_deg % 180 == 0 ? aspect : 1.0 / aspect;
     }
-    if (!decode(image)) return false;
-    stamp = stamp_s();
-    const cv::Size size(info.width_px, info.height_px);
-    // A stream may change its size on the way; what follows counts on one size.
-    if (image.size() != size) cv::resize(image, image, size, 0, 0, cv::INTER_AREA);
-    return true;
   }
 };
 
 VideoReader::VideoReader(const std::string& path) : impl_(std::make_unique<Impl>()) {
   require_readable(path);
-  silence_video_libraries();
+  silence_video_library();
   // The absolute name, because FFmpeg takes "take1:2.mp4" for an address.
-  const std::string absolute = std::filesystem::absolute(path).string();
-  const bool opened = impl_->capture.open(absolute, cv::CAP_FFMPEG) && !is_text_art(impl_->capture);
-  require(opened,
+  require(impl_->decoder.open(std::filesystem::absolute(path).string()),
           path + ": cannot be read as a video (another kind of file, or cut off before its index)" +
               kExpected);
-  impl_->capture.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
-  // A pipe cannot be opened twice, and has no tag in practice.
-  if (!std::filesystem::is_fifo(absolute)) impl_->rotation_deg = rotation_tag_deg(absolute);
-  const bool has_picture = impl_->decode(impl_->first_picture);
-  require(has_picture, path + ": no picture in it can be decoded" + kExpected);
-  impl_->first_stamp_s = impl_->stamp_s();
-  impl_->info = info_of(impl_->capture, path, impl_->rotation_deg, impl_->first_picture.size());
+  impl_->describe(path);
+  require(impl_->decode(impl_->first_picture, impl_->first_stamp_s),
+          path + ": no picture in it can be decoded" + kExpected);
+  impl_->info.width_px = impl_->first_picture.cols;
+  impl_->info.height_px = impl_->first_picture.rows;
   impl_->clock = VideoClock(impl_->info.average_frames_per_s);
 }
 
@@ -134,8 +327,11 @@ VideoReader::VideoReader(VideoReader&&) noexcept = default;
 const VideoInfo& VideoReader::info() const { return impl_->info; }
 
 bool VideoReader::read(Frame& frame) {
-  double stamp_s = 0.0;
-  if (impl_->at_end || !impl_->next_picture(frame.image, stamp_s)) {
+  double stamp_s = impl_->first_stamp_s;
+  if (impl_->num_read == 0) {
+    cv::swap(frame.image, impl_->first_picture);
+    impl_->first_picture.release();
+  } else if (impl_->at_end || !impl_->decode(frame.image, stamp_s)) {
     impl_->at_end = true;
     return false;
   }

@@ -1,9 +1,13 @@
-// Decodes a video file with FFmpeg (through OpenCV), strictly in order.
+// Decodes a video file with FFmpeg, strictly in order.
 //
-// Time comes from the container: the stamp after each successful read. Stamps that do not increase
-// (H.264 files report 0 for their last pictures) continue with the last step and are counted as
-// repaired; raw streams without time fall back to index / rate. Frame count and rate of the
-// container are hints only. Rotation tags are applied.
+// Time comes from the container: the stamp of each picture. Stamps that do not increase continue
+// with the last step and are counted as repaired; raw streams without time fall back to
+// index / rate. Frame count and rate of the container are hints only. Rotation tags are applied.
+//
+// FFmpeg itself and not OpenCV on top of it, because OpenCV 4.6 loses the stamps of the last
+// pictures of H.264 files, turns telephones' portrait videos the wrong way, ignores the colour
+// matrix of the file, and brings a hundred libraries that have to be loaded before the program
+// can start.
 #pragma once
 
 #include <memory>

@@ -184,7 +184,7 @@ VideoWriter::VideoWriter(const std::string& path,
                          const VideoWriterOptions& options)
     : impl_(std::make_unique<Impl>()) {
   assert(width_px > 0 && height_px > 0 && average_frames_per_s > 0);
-  silence_video_libraries();
+  silence_video_library();
   impl_->path = path;
   impl_->part_path = std::filesystem::absolute(path).string() + ".part";
   impl_->size = {width_px, height_px};
