@@ -300,7 +300,7 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
       }
       first += n;
     }
-    anchored[part] = follow_points(look[part]->chart.pyramid, chart.pyramid, then, guess);
+    anchored[part] = follow_points(look[part]->chart.pyramid, chart.pyramid, then, guess, true, 1);
   }
   std::array<std::vector<double>, kNumFeatures> quality;
   std::array<std::vector<Point2>, kNumFeatures> target;
