@@ -25,6 +25,7 @@ const std::array<cv::Rect, kNumParts> kPartBox{cv::Rect(20, 58, 153, 44),
 
 constexpr double kStill = 0.02;             // chart px: below it the head has not moved
 constexpr double kLeastEyeDistance = 12.0;  // px
+constexpr double kFurrowPull = 0.2;         // per frame, at the lower end
 constexpr double kClearEdge = 0.25;  // evidence, of which one is the strongest edges of the face
 constexpr double kSameScene = 0.5;   // correlation of the middle of the face, frame to frame
 
@@ -329,6 +330,16 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
   places.mouth_line_px = 0.5 * (target[kUpperLip].front().y() + target[kUpperLip].back().y());
   const Evidence evidence = make_evidence(chart, lips, places);
   mouth = follow_mouth(evidence, mouth, rest);
+  // A furrow hardly shows at rest; its lower end stays by the corner of the mouth.
+  for (const FeatureIndex f : {kFurrowLeft, kFurrowRight}) {
+    const std::vector<Point2> usual =
+        furrow_between(target[kNoseTip], target[kUpperLip], f == kFurrowLeft);
+    for (size_t i = 0; i < usual.size(); ++i) {
+      const double share =
+          kFurrowPull * static_cast<double>(i) / static_cast<double>(usual.size() - 1);
+      target[f][i] += share * (usual[i] - target[f][i]);
+    }
+  }
   for (const FeatureIndex f : {kUpperLip, kLowerLip}) {
     const std::vector<Point2> model = lip_nodes(mouth, f == kUpperLip);
     for (size_t i = 0; i < model.size(); ++i) {
