@@ -1,19 +1,18 @@
 // What each of the nine contours looks for in the picture.
 //
 //   brow      upper edge of a dark band: brightness falls downwards
-//   upper lip outer border: pseudo-hue R/(R+G) rises downwards, brightness falls
-//   lower lip outer border: pseudo-hue falls downwards, brightness rises
+//   upper lip outer border: the lip map (lip_map.h) rises downwards, brightness falls
+//   lower lip outer border: the lip map falls downwards, brightness rises
 //   nose tip  base of the nose: brightness falls downwards (nostrils and their shadow)
-//   chin      the broad shading edge below the chin, at a large scale, either sign
-//   furrow    a weak dark line, if there is one
+//   chin      the broad shading edge below the chin, at a large scale: brightness falls downwards
+//   furrow    any edge, weakly; at rest there is often none and flow alone carries it
 //   hairline  the strongest edge between skin and hair, either sign
 //
 // The lip map takes in the dark line between the lips, which reaches further into the corners of
 // the mouth than the colour of the lips does.
 //
-// Pseudo-hue parts lip from skin where brightness does not (Eveno, Caplier & Coulon 2004); both
-// together serve pale and dark skin. Each contour's landscape is a sum of such terms, every term
-// normalised by itself, so the weights add up to one.
+// Each contour's landscape is a sum of such terms, every term normalised by itself, so that the
+// weights add up to one.
 #pragma once
 
 #include <array>

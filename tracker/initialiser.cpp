@@ -59,6 +59,17 @@ std::vector<Point2> furrow(const Point2& wing, const Point2& corner, double side
   return nodes;
 }
 
+}  // namespace
+
+std::vector<Point2> furrow_between(const std::vector<Point2>& nose_tip,
+                                   const std::vector<Point2>& upper_lip,
+                                   bool left) {
+  return left ? furrow(nose_tip.back(), upper_lip.back(), 1.0)
+              : furrow(nose_tip.front(), upper_lip.front(), -1.0);
+}
+
+namespace {
+
 std::vector<Point2> settle(std::vector<Point2> nodes,
                            const Evidence& evidence,
                            FeatureIndex feature,
@@ -121,8 +132,8 @@ ContourNodes template_contours() {
   out[kNoseTip] = nose({0.75, 0.0});
   out[kChinBoss] = chin({1.86, 0.0});
   out[kHairline] = hairline({-1.2, 0.25});
-  out[kFurrowLeft] = furrow(out[kNoseTip].back(), out[kUpperLip].back(), 1.0);
-  out[kFurrowRight] = furrow(out[kNoseTip].front(), out[kUpperLip].front(), -1.0);
+  out[kFurrowLeft] = furrow_between(out[kNoseTip], out[kUpperLip], true);
+  out[kFurrowRight] = furrow_between(out[kNoseTip], out[kUpperLip], false);
   return out;
 }
 
@@ -167,8 +178,8 @@ ContourNodes place_contours(const FaceChart& chart, LipMap& lips, Mouth& mouth) 
     return evidence_under(evidence, kHairline, hairline(p));
   };
   out[kHairline] = hairline(search(model));
-  out[kFurrowLeft] = furrow(out[kNoseTip].back(), out[kUpperLip].back(), 1.0);
-  out[kFurrowRight] = furrow(out[kNoseTip].front(), out[kUpperLip].front(), -1.0);
+  out[kFurrowLeft] = furrow_between(out[kNoseTip], out[kUpperLip], true);
+  out[kFurrowRight] = furrow_between(out[kNoseTip], out[kUpperLip], false);
 
   // Coarse to fine: blur much, settle, blur less.
   for (const double blur : {1.6, 1.0}) {

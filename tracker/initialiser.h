@@ -21,6 +21,12 @@ ContourNodes template_contours();
 // without evidence the template stays where it is.
 ContourNodes place_contours(const FaceChart& chart, LipMap& lips, Mouth& mouth);
 
+// Where the furrow of one side usually runs: from beside the wing of the nose to beside the corner
+// of the mouth.
+std::vector<Point2> furrow_between(const std::vector<Point2>& nose_tip,
+                                   const std::vector<Point2>& upper_lip,
+                                   bool left);
+
 // Snake constants per feature, for a chart's scale.
 SnakeOptions snake_options(FeatureIndex feature);
 

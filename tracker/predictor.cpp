@@ -1,5 +1,6 @@
 #include "tracker/predictor.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <opencv2/video/tracking.hpp>
@@ -25,7 +26,8 @@ Flow follow_points(const std::vector<cv::Mat>& first,
                    const std::vector<cv::Mat>& second,
                    const std::vector<Point2>& from,
                    const std::vector<Point2>& guess,
-                   bool check) {
+                   bool check,
+                   int levels) {
   assert(from.size() == guess.size());
   Flow flow{guess, std::vector<double>(from.size(), 0.0)};
   if (from.empty()) return flow;
@@ -43,7 +45,7 @@ Flow follow_points(const std::vector<cv::Mat>& first,
                            found_there,
                            error,
                            window,
-                           kFlowLevels,
+                           levels,
                            stop,
                            cv::OPTFLOW_USE_INITIAL_FLOW,
                            1e-4);
@@ -55,7 +57,7 @@ Flow follow_points(const std::vector<cv::Mat>& first,
                              found_back,
                              error,
                              window,
-                             kFlowLevels,
+                             std::min(1, levels),
                              stop,
                              cv::OPTFLOW_USE_INITIAL_FLOW,
                              1e-4);

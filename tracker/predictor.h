@@ -22,11 +22,13 @@ struct Flow {
 };
 
 // Follows `from` (in the first pyramid) into the second, starting at `guess` (same length). Without
-// `check` only forward: for points whose outliers a robust fit removes anyway.
+// `check` only forward: for points whose outliers a robust fit removes anyway. Fewer `levels` do
+// where the guess is already near.
 Flow follow_points(const std::vector<cv::Mat>& first,
                    const std::vector<cv::Mat>& second,
                    const std::vector<Point2>& from,
                    const std::vector<Point2>& guess,
-                   bool check = true);
+                   bool check = true,
+                   int levels = kFlowLevels);
 
 }  // namespace zygoma

@@ -25,7 +25,9 @@ const std::array<cv::Rect, kNumParts> kPartBox{cv::Rect(20, 58, 153, 44),
 
 constexpr double kStill = 0.02;             // chart px: below it the head has not moved
 constexpr double kLeastEyeDistance = 12.0;  // px
-constexpr double kSameScene = 0.5;          // correlation of the middle of the face, frame to frame
+constexpr double kFurrowPull = 0.2;         // per frame, at the lower end
+constexpr double kClearEdge = 0.25;  // evidence, of which one is the strongest edges of the face
+constexpr double kSameScene = 0.5;   // correlation of the middle of the face, frame to frame
 
 Part part_of(size_t feature) {
   switch (feature) {
@@ -145,8 +147,7 @@ struct Tracker::Impl {
   bool follow(const Frame& frame);
   bool follow_head(const Frame& frame, FaceChart& chart);
   void follow_contours(const FaceChart& chart);
-  void judge(const FaceChart& chart,
-             const Evidence& evidence,
+  void judge(const Evidence& evidence,
              const std::array<std::vector<double>, kNumFeatures>& quality);
   void remember(const FaceChart& chart);
   ContourSet result(const Frame& frame) const;
@@ -220,7 +221,7 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
   for (size_t f = 0; f < kNumFeatures; ++f) {
     usual_evidence[f] =
         std::max(0.05, evidence_under(evidence, static_cast<FeatureIndex>(f), contours[f]));
-    confidence[f] = std::clamp(usual_evidence[f] / 0.5, 0.05, 1.0);
+    confidence[f] = std::clamp(usual_evidence[f] / kClearEdge, 0.1, 1.0);
   }
   last = chart;
   head_anchor = chart;
@@ -300,7 +301,7 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
       }
       first += n;
     }
-    anchored[part] = follow_points(look[part]->chart.pyramid, chart.pyramid, then, guess);
+    anchored[part] = follow_points(look[part]->chart.pyramid, chart.pyramid, then, guess, true, 1);
   }
   std::array<std::vector<double>, kNumFeatures> quality;
   std::array<std::vector<Point2>, kNumFeatures> target;
@@ -329,6 +330,16 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
   places.mouth_line_px = 0.5 * (target[kUpperLip].front().y() + target[kUpperLip].back().y());
   const Evidence evidence = make_evidence(chart, lips, places);
   mouth = follow_mouth(evidence, mouth, rest);
+  // A furrow hardly shows at rest; its lower end stays by the corner of the mouth.
+  for (const FeatureIndex f : {kFurrowLeft, kFurrowRight}) {
+    const std::vector<Point2> usual =
+        furrow_between(target[kNoseTip], target[kUpperLip], f == kFurrowLeft);
+    for (size_t i = 0; i < usual.size(); ++i) {
+      const double share =
+          kFurrowPull * static_cast<double>(i) / static_cast<double>(usual.size() - 1);
+      target[f][i] += share * (usual[i] - target[f][i]);
+    }
+  }
   for (const FeatureIndex f : {kUpperLip, kLowerLip}) {
     const std::vector<Point2> model = lip_nodes(mouth, f == kUpperLip);
     for (size_t i = 0; i < model.size(); ++i) {
@@ -349,18 +360,22 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
     contours[f] = resample(snake.nodes(), static_cast<int>(contours[f].size()));
   }
   join_lip_ends(contours);
-  judge(chart, evidence, quality);
+  judge(evidence, quality);
 }
 
-void Tracker::Impl::judge(const FaceChart&,
-                          const Evidence& evidence,
+// confidence = presence x sameness x sight:
+//   presence  the evidence under the contour against that of a clear edge (a furrow at rest has
+//   little), sameness  the same against what lay under it at the start, sight     the mean quality
+//   of the flow that carried its nodes here.
+void Tracker::Impl::judge(const Evidence& evidence,
                           const std::array<std::vector<double>, kNumFeatures>& quality) {
   for (size_t f = 0; f < kNumFeatures; ++f) {
-    const double share =
-        evidence_under(evidence, static_cast<FeatureIndex>(f), contours[f]) / usual_evidence[f];
-    double flow = 0.0;
-    for (const double q : quality[f]) flow += q / static_cast<double>(quality[f].size());
-    confidence[f] = std::clamp(std::min(1.0, share), 0.1, 1.0) * std::clamp(0.2 + flow, 0.1, 1.0);
+    const double found = evidence_under(evidence, static_cast<FeatureIndex>(f), contours[f]);
+    const double presence = std::clamp(found / kClearEdge, 0.1, 1.0);
+    const double sameness = std::clamp(found / usual_evidence[f], 0.1, 1.0);
+    double sight = 0.0;
+    for (const double q : quality[f]) sight += q / static_cast<double>(quality[f].size());
+    confidence[f] = presence * sameness * std::clamp(0.2 + sight, 0.1, 1.0);
   }
 }
 
