@@ -38,10 +38,10 @@ void add_piece(ColumnMatrix& h, int offset, const Eigen::Matrix3d& piece) {
 FaceEnergy::FaceEnergy(const Anatomy& anatomy, Lattice lattice, const EnergyOptions& options)
     : anatomy_(anatomy), lattice_(std::move(lattice)), options_(options) {
   muscles_ = make_muscle_field(anatomy_, lattice_);
-  find_slip();
+  find_flaps();
   hold_of_column_.assign(lattice_.num_columns, -1);
   for (int v = 0; v < lattice_.num_columns; ++v) {
-    const double share = muscles_.hold[v] + options_.slip_hold_ratio * slip_[v];
+    const double share = muscles_.hold[v] + options_.slip_hold_ratio * flap_[v];
     if (share <= 0.0) continue;
     Hold hold;
     hold.node = lattice_.fascia_node(v);
@@ -69,16 +69,16 @@ void FaceEnergy::set_controls(const std::vector<double>& contraction, double jaw
 }
 
 // 1 on lips and lids, fading with the distance along the skin.
-void FaceEnergy::find_slip() {
-  std::vector<char> flap(lattice_.num_columns, 0);
-  for (int v = 0; v < lattice_.num_columns; ++v) flap[v] = anatomy_.region[v] != Region::kFace;
-  slip_.assign(lattice_.num_columns, 0.0);
-  if (std::find(flap.begin(), flap.end(), 1) == flap.end()) return;
+void FaceEnergy::find_flaps() {
+  std::vector<char> on_flap(lattice_.num_columns, 0);
+  for (int v = 0; v < lattice_.num_columns; ++v) on_flap[v] = anatomy_.region[v] != Region::kFace;
+  flap_.assign(lattice_.num_columns, 0.0);
+  if (std::find(on_flap.begin(), on_flap.end(), 1) == on_flap.end()) return;
   const std::vector<double> distance =
-      distance_along(anatomy_.surface, flap, options_.slip_reach_mm);
+      distance_along(anatomy_.surface, on_flap, options_.slip_reach_mm);
   for (int v = 0; v < lattice_.num_columns; ++v) {
     const double t = std::max(0.0, 1.0 - distance[v] / options_.slip_reach_mm);
-    slip_[v] = t * t * (3.0 - 2.0 * t);
+    flap_[v] = t * t * (3.0 - 2.0 * t);
   }
 }
 
@@ -109,7 +109,7 @@ void FaceEnergy::place_bone(std::vector<Vec3>& x) const {
   for (int v = 0; v < lattice_.num_columns; ++v) {
     Vec3& bone = x[lattice_.bone_node(v)];
     bone = carried(lattice_.bone_node(v));
-    if (hold_of_column_[v] >= 0) bone += slip_[v] * holds_[hold_of_column_[v]].pull_mm;
+    if (hold_of_column_[v] >= 0) bone += floor_slip(v) * holds_[hold_of_column_[v]].pull_mm;
   }
 }
 
@@ -287,7 +287,7 @@ Eigen::MatrixXd FaceEnergy::control_forces(const std::vector<Vec3>& x) const {
   std::vector<Vec3> bone_motion(lattice_.rest_mm.size(), Vec3::Zero());
   for (std::size_t m = 0; m < num_muscles; ++m) {
     for (const MusclePull& pull : muscles_.pulls[m]) {
-      bone_motion[lattice_.bone_node(pull.column)] = slip_[pull.column] * pull.displacement_mm;
+      bone_motion[lattice_.bone_node(pull.column)] = floor_slip(pull.column) * pull.displacement_mm;
     }
     forces.col(m) = -hessian_times(x, bone_motion);
     for (const MusclePull& pull : muscles_.pulls[m]) {

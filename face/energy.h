@@ -33,6 +33,7 @@ struct EnergyOptions {
   double barrier_start = 0.3;            // J0, share of the rest volume
   double barrier_ratio = 3.0;            // against the bulk modulus
   double slip_hold_ratio = 10.0;         // how much firmer muscles hold where the floor slips
+  double slip_elsewhere = 0.7;           // [0, 1]; 0 = glued to the bone
   double slip_reach_mm = 18.0;           // from lips and lids, where slip has faded to 0
 };
 
@@ -96,7 +97,10 @@ class FaceEnergy {
     double energy = 0.0, first = 0.0, second = 0.0;
   };
 
-  void find_slip();
+  double floor_slip(int column) const {
+    return options_.slip_elsewhere + (1.0 - options_.slip_elsewhere) * flap_[column];
+  }
+  void find_flaps();
   void smooth_mandible_weight();
   Jet prism_jet(const Prism& prism, double volume) const;
   int slot(int row_node, int column_node, bool& first_is_row) const;
@@ -108,7 +112,7 @@ class FaceEnergy {
   MuscleField muscles_;
   std::vector<Hold> holds_;
   std::vector<int> hold_of_column_;      // -1 = out of every muscle's reach
-  std::vector<double> slip_;             // per column, share of the pull its lowest node follows
+  std::vector<double> flap_;             // per column, 1 on lips and lids, fading to 0
   std::vector<double> mandible_weight_;  // per column
   std::vector<SpringSlots> spring_slots_;
   std::vector<PrismSlots> prism_slots_;

@@ -190,7 +190,7 @@ void fit_depth(const SurfaceMesh& surface, const LatticeOptions& options, Lattic
 double softening(double depth_mm) {
   constexpr double kFullMm = 6.0;
   const double share = std::min(1.0, depth_mm / kFullMm);
-  return share * share;
+  return std::max(0.04, share * share);
 }
 
 void add_prisms(const SurfaceMesh& surface, const LatticeOptions& options, Lattice& lattice) {

@@ -34,7 +34,7 @@ struct LatticeOptions {
   std::vector<TissueLayer> layers{
       {"dermis", 0.22, 30.0, 4.0, 5.0},
       {"fat", 0.67, 10.0, 4.0, 8.0},
-      {"muscle", 1.0, 4.0, 1.0, 10.0},
+      {"muscle", 1.0, 4.0, 1.0, 18.0},
   };
   double epidermis_modulus_kpa = 120.0;
   double epidermis_thickness_mm = 0.15;

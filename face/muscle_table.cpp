@@ -27,7 +27,7 @@ constexpr std::array<TableRow, 9> kTable{{
     {"occipitofrontalis_major", {34.0, 18.0}, {34.0, 58.0}, 26.0, 10.0},
     {"occipitofrontalis_outer", {53.0, 20.0}, {56.0, 50.0}, 23.0, 9.0},
     {"corrugator_supercilii", {20.0, 18.0}, {4.0, 6.0}, 20.0, 7.0},
-    {"depressor_anguli_oris", {28.0, -79.0}, {33.0, -104.0}, 28.0, 10.0},
+    {"depressor_anguli_oris", {28.0, -79.0}, {33.0, -104.0}, 30.0, 9.0},
     {"depressor_labii_inferioris", {12.0, -85.0}, {17.0, -106.0}, 18.0, 7.0},
 }};
 
