@@ -1,5 +1,6 @@
 #include "tracker/evidence.h"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -10,20 +11,67 @@ namespace {
 // statistics.
 const cv::Rect kFaceBox(36, 44, 121, 180);
 const cv::Rect kLowerFace(36, 140, 121, 110);
-const cv::Rect kWholeChart(0, 0, kChartWidth, kChartHeight);
+constexpr double kLineReach = 9.0;  // chart px above and below the corners of the mouth
+const cv::Rect kChinBox(40, 186, 113, 86);
+const cv::Rect kHairBox(32, 0, 129, 84);
 
-cv::Mat pseudo_hue(const cv::Mat& bgr) {
-  cv::Mat hue(bgr.size(), CV_32F);
-  for (int row = 0; row < bgr.rows; ++row) {
-    const cv::Vec3b* in = bgr.ptr<cv::Vec3b>(row);
-    float* out = hue.ptr<float>(row);
-    for (int column = 0; column < bgr.cols; ++column) {
-      const float red = in[column][2];
-      // The constant keeps near-black pixels, whose hue is noise, near the neutral one half.
-      out[column] = 255.0F * (red + 8.0F) / (red + static_cast<float>(in[column][1]) + 16.0F);
+// Adds to the map how much a pixel lies on a dark horizontal line: the positive second difference
+// of the smoothed brightness down the column, its strongest lines set to one. Only near the row of
+// the mouth's corners: the fold below the lower lip is a dark line too.
+void add_dark_lines(const cv::Mat& grey, double corner_row, cv::Mat& map) {
+  cv::Mat smooth, curvature;
+  cv::GaussianBlur(grey, smooth, cv::Size(), 2.0, 1.4);
+  smooth.convertTo(smooth, CV_32F);
+  const cv::Matx<float, 1, 5> second(0.25F, 0.0F, -0.5F, 0.0F, 0.25F);
+  const cv::Matx<float, 1, 1> one(1.0F);
+  cv::sepFilter2D(smooth, curvature, CV_32F, one, second, {-1, -1}, 0, cv::BORDER_REPLICATE);
+  std::vector<float> sorted(curvature.begin<float>(), curvature.end<float>());
+  const auto at =
+      sorted.begin() + static_cast<std::ptrdiff_t>(0.97 * static_cast<double>(sorted.size()));
+  std::nth_element(sorted.begin(), at, sorted.end());
+  const float unit = 255.0F / std::max(0.75F, *at);
+  const int first = std::clamp(static_cast<int>(corner_row - kLineReach), 0, map.rows);
+  const int last = std::clamp(static_cast<int>(corner_row + kLineReach), 0, map.rows);
+  for (int row = first; row < last; ++row) {
+    const float* line = curvature.ptr<float>(row);
+    float* out = map.ptr<float>(row);
+    for (int column = 0; column < map.cols; ++column) {
+      out[column] = std::max(out[column], std::min(255.0F, unit * line[column]));
     }
   }
-  return hue;
+}
+
+// Closes the mouth: what lies in a column between two strong responses, one above and one below and
+// not too far apart, is between the lips, be it teeth.
+cv::Mat filled(const cv::Mat& map, int first_row) {
+  constexpr float kStrong = 150.0F;
+  constexpr int kWidest = 24;  // chart px
+  cv::Mat out = map.clone();
+  for (int column = 0; column < map.cols; ++column) {
+    int last_strong = -1;
+    for (int row = std::max(0, first_row); row < map.rows; ++row) {
+      if (map.at<float>(row, column) < kStrong) continue;
+      if (last_strong >= 0 && row - last_strong > 1 && row - last_strong <= kWidest) {
+        for (int r = last_strong + 1; r < row; ++r) out.at<float>(r, column) = kStrong;
+      }
+      last_strong = row;
+    }
+  }
+  return out;
+}
+
+// Sums down the columns, in units of one: row r holds the sum of the rows above it.
+cv::Mat column_sums(const cv::Mat& map) {
+  cv::Mat sums(map.rows + 1, map.cols, CV_32F, cv::Scalar(0.0));
+  for (int row = 0; row < map.rows; ++row) {
+    const float* in = map.ptr<float>(row);
+    const float* above = sums.ptr<float>(row);
+    float* out = sums.ptr<float>(row + 1);
+    for (int column = 0; column < map.cols; ++column) {
+      out[column] = above[column] + in[column] / 255.0F;
+    }
+  }
+  return sums;
 }
 
 // Unit normals to the right of the walk in picture coordinates (y down), made to point downwards.
@@ -42,14 +90,37 @@ std::vector<Point2> downward_normals(const std::vector<Point2>& nodes) {
 
 }  // namespace
 
-Evidence make_evidence(const FaceChart& chart, const EvidenceOptions& options) {
+double Evidence::lip_column(double x, double top, double bottom) const {
+  if (!(bottom > top) || lip_sums.empty()) return 0.0;
+  const int column = std::clamp(static_cast<int>(std::lround(x)), 0, lip_sums.cols - 1);
+  // Pixel r covers [r - 1/2, r + 1/2]: its upper border is row r of the sums.
+  const auto above = [&](double y) {
+    const double row = std::clamp(y + 0.5, 0.0, lip_sums.rows - 1.001);
+    const int r = static_cast<int>(row);
+    const double u = row - r;
+    return (1.0 - u) * static_cast<double>(lip_sums.at<float>(r, column)) +
+           u * static_cast<double>(lip_sums.at<float>(r + 1, column));
+  };
+  return above(bottom) - above(top);
+}
+
+Evidence make_evidence(const FaceChart& chart, const LipMap& lips, const EvidenceOptions& options) {
   Evidence evidence;
   evidence.fine = PotentialField(chart.grey, kFaceBox, {options.fine_sigma_px, 0.95, 1.0});
-  evidence.coarse = PotentialField(chart.grey, kWholeChart, {options.coarse_sigma_px, 0.95, 1.0});
-  const cv::Mat hue = pseudo_hue(chart.colour(kLowerFace));
-  cv::Mat placed(chart.grey.size(), CV_32F, cv::Scalar(127.5));
-  hue.copyTo(placed(kLowerFace));
-  evidence.lips = PotentialField(placed, kLowerFace, {options.lips_sigma_px, 0.95, 0.15});
+  evidence.chin = PotentialField(chart.grey, kChinBox, {options.coarse_sigma_px, 0.95, 1.0});
+  evidence.hair = PotentialField(chart.grey, kHairBox, {options.coarse_sigma_px, 0.95, 1.0});
+  cv::Mat map(chart.grey.size(), CV_32F, cv::Scalar(0.0));
+  cv::Mat mouth = map(kLowerFace);
+  lips.apply(chart.colour(kLowerFace)).copyTo(mouth);
+  if (lips.learned()) {
+    add_dark_lines(chart.grey(kLowerFace), options.mouth_line_px - kLowerFace.y, mouth);
+    const double first_row = options.nose_base_px + 0.08 * kChartEyeDistance - kLowerFace.y;
+    filled(mouth, static_cast<int>(first_row)).copyTo(mouth);
+    cv::Mat whole = cv::Mat::zeros(map.size(), CV_32F);
+    mouth.copyTo(whole(kLowerFace));
+    evidence.lip_sums = column_sums(whole);
+  }
+  evidence.lips = PotentialField(map, kLowerFace, {options.lips_sigma_px, 0.95, 0.15});
   return evidence;
 }
 
@@ -74,10 +145,10 @@ ContourLandscape::ContourLandscape(const Evidence& evidence,
       terms_ = {{&evidence.fine, 0.5, 0.0}};
       break;
     case kChinBoss:
-      terms_ = {{&evidence.coarse, 1.0, -1.0}};
+      terms_ = {{&evidence.chin, 1.0, -1.0}};
       break;
     case kHairline:
-      terms_ = {{&evidence.coarse, 1.0, 0.0}};
+      terms_ = {{&evidence.hair, 1.0, 0.0}};
       break;
     case kNumFeatures:
       break;

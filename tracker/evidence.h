@@ -8,6 +8,9 @@
 //   furrow    a weak dark line, if there is one
 //   hairline  the strongest edge between skin and hair, either sign
 //
+// The lip map takes in the dark line between the lips, which reaches further into the corners of
+// the mouth than the colour of the lips does.
+//
 // Pseudo-hue parts lip from skin where brightness does not (Eveno, Caplier & Coulon 2004); both
 // together serve pale and dark skin. Each contour's landscape is a sum of such terms, every term
 // normalised by itself, so the weights add up to one.
@@ -19,6 +22,7 @@
 
 #include "tracker/face_chart.h"
 #include "tracker/feature_schema.h"
+#include "tracker/lip_map.h"
 #include "tracker/potential_field.h"
 #include "tracker/snake.h"
 
@@ -41,18 +45,27 @@ using ContourNodes = std::array<std::vector<Point2>, kNumFeatures>;  // chart px
 
 // The landscapes of one chart.
 struct Evidence {
-  PotentialField fine;    // brightness, small scale: brows, nose, lips
-  PotentialField coarse;  // brightness, large scale: chin, hairline
-  PotentialField lips;    // pseudo-hue
+  PotentialField fine;  // brightness, small scale: brows, nose, lips
+  PotentialField chin;  // brightness, large scale, about the chin
+  PotentialField hair;  // the same about the hairline
+  PotentialField lips;  // the lip map
+  cv::Mat lip_sums;     // the filled lip map (of one) summed down each column, row r: above r
+
+  // Integral of the lip map down a column between two heights, chart px.
+  double lip_column(double x, double top, double bottom) const;
 };
 
 struct EvidenceOptions {
   double fine_sigma_px = 1.6;    // [0.7, 4]
   double coarse_sigma_px = 3.0;  // [1, 8]
   double lips_sigma_px = 1.8;    // [1, 5]: chroma is stored at half resolution in most video
+  double nose_base_px = 151.0;   // chart row of the base of the nose: no mouth above it
+  double mouth_line_px = 177.6;  // chart row of the corners of the mouth: dark lines count near it
 };
 
-Evidence make_evidence(const FaceChart& chart, const EvidenceOptions& options = {});
+Evidence make_evidence(const FaceChart& chart,
+                       const LipMap& lips,
+                       const EvidenceOptions& options = {});
 
 // The landscape of one contour about its present nodes: their normals fix the polarity.
 class ContourLandscape : public ImageLandscape {

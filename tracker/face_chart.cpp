@@ -62,7 +62,7 @@ cv::Mat as_bgr(const cv::Mat& image) {
   return bgr;
 }
 
-FaceChart make_face_chart(const cv::Mat& image, const Similarity& image_from_chart) {
+FaceChart make_face_chart(const cv::Mat& image, const Similarity& image_from_chart, bool draft) {
   FaceChart chart;
   chart.image_from_chart = image_from_chart;
   Similarity source_from_chart = image_from_chart;
@@ -77,7 +77,7 @@ FaceChart make_face_chart(const cv::Mat& image, const Similarity& image_from_cha
                  cv::BORDER_REPLICATE);
   cv::cvtColor(chart.colour, chart.grey, cv::COLOR_BGR2GRAY);
   cv::buildOpticalFlowPyramid(
-      chart.grey, chart.pyramid, cv::Size(kFlowWindow, kFlowWindow), kFlowLevels);
+      chart.grey, chart.pyramid, cv::Size(kFlowWindow, kFlowWindow), kFlowLevels, !draft);
   return chart;
 }
 

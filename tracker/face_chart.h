@@ -37,8 +37,11 @@ inline Point2 chart_point(double x_iod, double y_iod) {
   return kChartEyeMiddle + kChartEyeDistance * Point2{x_iod, y_iod};
 }
 
-// Resamples the frame (8-bit, 1, 3 or 4 channels). Outside the picture the border repeats.
-FaceChart make_face_chart(const cv::Mat& image, const Similarity& image_from_chart);
+// Resamples the frame (8-bit, 1, 3 or 4 channels). Outside the picture the border repeats. A draft
+// can be flowed *to*; only a finished chart can be flowed *from* at full speed.
+FaceChart make_face_chart(const cv::Mat& image,
+                          const Similarity& image_from_chart,
+                          bool draft = false);
 
 // Any 8-bit picture as 8-bit BGR; empty if it is none.
 cv::Mat as_bgr(const cv::Mat& image);

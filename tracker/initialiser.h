@@ -10,14 +10,16 @@
 
 #include "tracker/contour_set.h"
 #include "tracker/evidence.h"
+#include "tracker/mouth_model.h"
 
 namespace zygoma {
 
 // The contours of an average face, chart pixels, schema order.
 ContourNodes template_contours();
 
-// The contours of this face. Never fails: without evidence the template stays where it is.
-ContourNodes place_contours(const FaceChart& chart, const Evidence& evidence);
+// The contours of this face, its skin learned into `lips`, the model of its mouth. Never fails:
+// without evidence the template stays where it is.
+ContourNodes place_contours(const FaceChart& chart, LipMap& lips, Mouth& mouth);
 
 // Snake constants per feature, for a chart's scale.
 SnakeOptions snake_options(FeatureIndex feature);

@@ -24,7 +24,8 @@ std::vector<cv::Point2f> to_float(const std::vector<Point2>& points) {
 Flow follow_points(const std::vector<cv::Mat>& first,
                    const std::vector<cv::Mat>& second,
                    const std::vector<Point2>& from,
-                   const std::vector<Point2>& guess) {
+                   const std::vector<Point2>& guess,
+                   bool check) {
   assert(from.size() == guess.size());
   Flow flow{guess, std::vector<double>(from.size(), 0.0)};
   if (from.empty()) return flow;
@@ -34,7 +35,7 @@ Flow follow_points(const std::vector<cv::Mat>& first,
   std::vector<unsigned char> found_there, found_back;
   cv::Mat error;
   const cv::Size window(kFlowWindow, kFlowWindow);
-  const cv::TermCriteria stop(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 12, 0.01);
+  const cv::TermCriteria stop(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 10, 0.01);
   cv::calcOpticalFlowPyrLK(first,
                            second,
                            start,
@@ -46,20 +47,22 @@ Flow follow_points(const std::vector<cv::Mat>& first,
                            stop,
                            cv::OPTFLOW_USE_INITIAL_FLOW,
                            1e-4);
-  cv::calcOpticalFlowPyrLK(second,
-                           first,
-                           there,
-                           back,
-                           found_back,
-                           error,
-                           window,
-                           kFlowLevels,
-                           stop,
-                           cv::OPTFLOW_USE_INITIAL_FLOW,
-                           1e-4);
+  if (check) {
+    cv::calcOpticalFlowPyrLK(second,
+                             first,
+                             there,
+                             back,
+                             found_back,
+                             error,
+                             window,
+                             kFlowLevels,
+                             stop,
+                             cv::OPTFLOW_USE_INITIAL_FLOW,
+                             1e-4);
+  }
   for (size_t i = 0; i < from.size(); ++i) {
     const Point2 p{there[i].x, there[i].y};
-    if (!found_there[i] || !found_back[i] || !p.allFinite()) continue;
+    if (!found_there[i] || (check && !found_back[i]) || !p.allFinite()) continue;
     if ((p - guess[i]).norm() > kFarMove) continue;
     const double miss = std::hypot(back[i].x - start[i].x, back[i].y - start[i].y);
     if (!std::isfinite(miss)) continue;

@@ -13,7 +13,7 @@
 
 namespace zygoma {
 
-inline constexpr int kFlowWindow = 15;  // chart px: about a quarter of the eye distance
+inline constexpr int kFlowWindow = 13;  // chart px: a fifth of the eye distance
 inline constexpr int kFlowLevels = 2;   // pyramid levels above the finest
 
 struct Flow {
@@ -21,10 +21,12 @@ struct Flow {
   std::vector<double> quality;  // [0, 1]
 };
 
-// Follows `from` (in the first pyramid) into the second, starting at `guess` (same length).
+// Follows `from` (in the first pyramid) into the second, starting at `guess` (same length). Without
+// `check` only forward: for points whose outliers a robust fit removes anyway.
 Flow follow_points(const std::vector<cv::Mat>& first,
                    const std::vector<cv::Mat>& second,
                    const std::vector<Point2>& from,
-                   const std::vector<Point2>& guess);
+                   const std::vector<Point2>& guess,
+                   bool check = true);
 
 }  // namespace zygoma

@@ -54,6 +54,11 @@ Snake::Snake(std::vector<Point2> nodes, const SnakeOptions& options)
   factor();
 }
 
+void Snake::set_nodes(std::vector<Point2> nodes) {
+  assert(nodes.size() == nodes_.size());
+  nodes_ = std::move(nodes);
+}
+
 void Snake::set_anchors(std::vector<SoftAnchor> anchors) {
   assert(anchors.empty() || anchors.size() == nodes_.size());
   anchors_ = std::move(anchors);

@@ -69,6 +69,8 @@ class Snake {
   Snake(std::vector<Point2> nodes, const SnakeOptions& options);
 
   const std::vector<Point2>& nodes() const { return nodes_; }
+  // Moves the chain by hand; rest lengths stay.
+  void set_nodes(std::vector<Point2> nodes);
   const std::vector<double>& rest_lengths() const { return rest_lengths_; }
   // One anchor per node, or none.
   void set_anchors(std::vector<SoftAnchor> anchors);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <utility>
 
 #include "src/base/check.h"
 #include "tracker/evidence.h"
@@ -21,6 +22,10 @@ namespace {
 enum Part : size_t { kUpperPart, kLowerPart, kNumParts };
 const std::array<cv::Rect, kNumParts> kPartBox{cv::Rect(20, 58, 153, 44),
                                                cv::Rect(48, 152, 97, 84)};
+
+constexpr double kStill = 0.02;             // chart px: below it the head has not moved
+constexpr double kLeastEyeDistance = 12.0;  // px
+constexpr double kSameScene = 0.5;          // correlation of the middle of the face, frame to frame
 
 Part part_of(size_t feature) {
   switch (feature) {
@@ -57,6 +62,14 @@ double correlation(const cv::Mat& p, const cv::Mat& q) {
   return product / (spread_p[0] * spread_q[0]);
 }
 
+// Eyes and nose, small.
+cv::Mat core_of(const FaceChart& chart) {
+  cv::Mat small;
+  cv::resize(chart.grey(cv::Rect(44, 84, 105, 70)), small, cv::Size(30, 20), 0, 0, cv::INTER_AREA);
+  small.convertTo(small, CV_32F);
+  return small;
+}
+
 // The parts of the face that do not move with expression: inner and outer corners of the eyes, the
 // bridge, sides and base of the nose, and a thin grid between them.
 std::vector<Point2> rigid_points() {
@@ -72,6 +85,15 @@ std::vector<Point2> rigid_points() {
   }
   for (const double y : {-0.05, 0.1, 0.25, 0.4, 0.55, 0.68}) points.push_back(chart_point(0.0, y));
   return points;
+}
+
+// Spread of the second differences over the face: low in a blocky or blurred picture.
+double sharpness_of(const FaceChart& chart) {
+  cv::Mat curvature;
+  cv::Laplacian(chart.grey(cv::Rect(36, 44, 121, 180)), curvature, CV_32F);
+  cv::Scalar mean, spread;
+  cv::meanStdDev(curvature, mean, spread);
+  return spread[0];
 }
 
 void join_lip_ends(ContourNodes& contours) {
@@ -99,9 +121,15 @@ struct Tracker::Impl {
   std::optional<ContourSet> given;  // by start_from, for the next frame
 
   bool tracking = false;
+  bool started_by_hand = false;
+  int age = 0;             // frames since the start
+  double sharpness = 0.0;  // of the chart it started on
   int coasted = 0;
   FaceChart last;
   ContourNodes contours;
+  LipMap lips;
+  Mouth mouth;
+  Mouth rest;  // where it started
   std::array<double, kNumFeatures> confidence{};
   std::array<double, kNumFeatures> usual_evidence{};
   FaceChart head_anchor;
@@ -109,8 +137,11 @@ struct Tracker::Impl {
   std::array<std::vector<Keyframe>, kNumParts> keyframes;
   size_t num_keyframes_made = 0;
 
-  void start(const Frame& frame);
-  void restart_from(const FaceChart& chart);
+  bool start(const Frame& frame);
+  bool start_from_given(const Frame& frame);
+  void recover(const Frame& frame);
+  void look_again(const Frame& frame);
+  void restart_from(const FaceChart& chart, const ContourNodes& given_nodes = {});
   bool follow(const Frame& frame);
   bool follow_head(const Frame& frame, FaceChart& chart);
   void follow_contours(const FaceChart& chart);
@@ -121,16 +152,71 @@ struct Tracker::Impl {
   ContourSet result(const Frame& frame) const;
 };
 
-void Tracker::Impl::start(const Frame& frame) {
+bool Tracker::Impl::start(const Frame& frame) {
   if (!finder) finder.emplace(options.cascade_folder);
   const std::optional<FaceEyes> eyes = finder->find(frame.image);
-  if (!eyes) return;
+  if (!eyes) return false;
   restart_from(make_face_chart(frame.image, image_from_chart(eyes->right_px, eyes->left_px)));
+  started_by_hand = false;
+  return true;
 }
 
-void Tracker::Impl::restart_from(const FaceChart& chart) {
-  const Evidence evidence = make_evidence(chart);
-  contours = place_contours(chart, evidence);
+// The user's contours: where they are gives the head, they themselves stay, the rest is placed.
+bool Tracker::Impl::start_from_given(const Frame& frame) {
+  const ContourSet set = *std::exchange(given, std::nullopt);
+  const ContourNodes usual = template_contours();
+  ContourNodes placed;
+  std::vector<Point2> from, to;
+  for (size_t f = 0; f < kNumFeatures; ++f) {
+    const Contour* contour = set.visible(kFeatureSchema[f].name);
+    if (contour == nullptr || contour->points_px.size() < 2) continue;
+    placed[f] = resample(contour->points_px, kFeatureSchema[f].num_nodes);
+    from.insert(from.end(), usual[f].begin(), usual[f].end());
+    to.insert(to.end(), placed[f].begin(), placed[f].end());
+  }
+  // The scale of the head is free, so shrink to about one before the robust fit judges it.
+  const auto spread = [](const std::vector<Point2>& points) {
+    Point2 mean = Point2::Zero();
+    for (const Point2& p : points) mean += p / static_cast<double>(points.size());
+    double sum = 0.0;
+    for (const Point2& p : points) sum += (p - mean).norm() / static_cast<double>(points.size());
+    return sum;
+  };
+  if (from.empty() || !(spread(to) > 1.0)) return false;
+  const double scale = spread(to) / spread(from);
+  for (Point2& p : to) p /= scale;
+  const HeadFrameFit fit = fit_head_frame(from, to, 4.0);
+  if (!fit.ok) return false;
+  const Similarity place = Similarity{scale, 0.0, Point2::Zero()}.after(fit.similarity);
+  if (place.scale() * kChartEyeDistance < kLeastEyeDistance) return false;
+  const Similarity inverse = place.inverse();
+  for (auto& nodes : placed) {
+    for (Point2& p : nodes) p = inverse.apply(p);
+  }
+  restart_from(make_face_chart(frame.image, place), placed);
+  started_by_hand = true;
+  return true;
+}
+
+// Video often opens with a few blocky frames. When the face has become clearly sharper since the
+// start, and its lips stand out better, the start is made again.
+void Tracker::Impl::look_again(const Frame& frame) {
+  if (started_by_hand || (age != 12 && age != 25)) return;
+  if (sharpness_of(last) < options.sharper * sharpness) return;
+  const std::optional<FaceEyes> eyes = finder->find(frame.image);
+  if (!eyes) return;
+  const int frames = age;
+  restart_from(make_face_chart(frame.image, image_from_chart(eyes->right_px, eyes->left_px)));
+  age = frames;
+}
+
+void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& given_nodes) {
+  contours = place_contours(chart, lips, mouth);
+  for (size_t f = 0; f < kNumFeatures; ++f) {
+    if (!given_nodes[f].empty()) contours[f] = given_nodes[f];
+  }
+  rest = mouth;
+  const Evidence evidence = make_evidence(chart, lips);
   for (size_t f = 0; f < kNumFeatures; ++f) {
     usual_evidence[f] =
         std::max(0.05, evidence_under(evidence, static_cast<FeatureIndex>(f), contours[f]));
@@ -141,15 +227,17 @@ void Tracker::Impl::restart_from(const FaceChart& chart) {
   for (auto& list : keyframes) list.clear();
   remember(chart);
   tracking = true;
+  sharpness = sharpness_of(chart);
+  age = 0;
   coasted = 0;
 }
 
 // Takes the head's motion off: on return `chart` shows the face where the last chart showed it.
 bool Tracker::Impl::follow_head(const Frame& frame, FaceChart& chart) {
   Similarity place = last.image_from_chart;
-  chart = make_face_chart(frame.image, place);
+  FaceChart draft = make_face_chart(frame.image, place, true);
   const auto correct = [&](const FaceChart& reference, double least_share) {
-    const Flow flow = follow_points(reference.pyramid, chart.pyramid, rigid, rigid);
+    const Flow flow = follow_points(reference.pyramid, draft.pyramid, rigid, rigid, false);
     std::vector<Point2> from, to;
     for (size_t i = 0; i < rigid.size(); ++i) {
       if (flow.quality[i] < 0.3) continue;
@@ -162,15 +250,18 @@ bool Tracker::Impl::follow_head(const Frame& frame, FaceChart& chart) {
     if (!fit.ok || share < least_share) return false;
     double moved = 0.0;
     for (const Point2& p : rigid) moved = std::max(moved, (fit.similarity.apply(p) - p).norm());
-    if (moved > 0.02) {
-      place = place.after(fit.similarity);
-      chart = make_face_chart(frame.image, place);
-    }
+    if (moved > kStill) place = place.after(fit.similarity);
     return true;
   };
   if (!correct(last, 0.3)) return false;
+  // Against the drift of frame-to-frame motion: the chart the head was first seen in.
+  draft = make_face_chart(frame.image, place, true);
   correct(head_anchor, 0.5);
-  return true;
+  const double eyes_px = place.scale() * kChartEyeDistance;
+  if (eyes_px < kLeastEyeDistance || eyes_px > frame.image.cols) return false;
+  chart = make_face_chart(frame.image, place);
+  // A cut to something else: the middle of the face no longer looks like it did a frame ago.
+  return correlation(core_of(chart), core_of(last)) > kSameScene;
 }
 
 void Tracker::Impl::follow_contours(const FaceChart& chart) {
@@ -194,8 +285,26 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
       }
     }
   }
+  std::array<Flow, kNumParts> anchored;
+  for (size_t part = 0; part < kNumParts; ++part) {
+    if (look[part] == nullptr) continue;
+    std::vector<Point2> then, guess;
+    size_t first = 0;
+    for (size_t f = 0; f < kNumFeatures; ++f) {
+      const size_t n = contours[f].size();
+      if (part_of(f) == part) {
+        const auto& nodes = look[part]->contours[f];
+        then.insert(then.end(), nodes.begin(), nodes.end());
+        guess.insert(
+            guess.end(), recent.points_px.begin() + first, recent.points_px.begin() + first + n);
+      }
+      first += n;
+    }
+    anchored[part] = follow_points(look[part]->chart.pyramid, chart.pyramid, then, guess);
+  }
   std::array<std::vector<double>, kNumFeatures> quality;
   std::array<std::vector<Point2>, kNumFeatures> target;
+  std::array<size_t, kNumParts> used{};
   size_t at = 0;
   for (size_t f = 0; f < kNumFeatures; ++f) {
     const size_t n = contours[f].size();
@@ -203,21 +312,29 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
     quality[f].assign(recent.quality.begin() + at, recent.quality.begin() + at + n);
     at += n;
     target[f] = guess;
-    const Keyframe* keyframe = look[part_of(f)];
-    if (keyframe == nullptr) continue;
-    const Flow anchored =
-        follow_points(keyframe->chart.pyramid, chart.pyramid, keyframe->contours[f], guess);
-    const double trust = std::clamp((likeness[part_of(f)] - 0.7) / 0.25, 0.0, 1.0);
-    for (size_t i = 0; i < n; ++i) {
-      const double w = trust * anchored.quality[i];
+    const Part part = part_of(f);
+    if (look[part] == nullptr) continue;
+    const double trust = std::clamp((likeness[part] - 0.7) / 0.25, 0.0, 1.0);
+    for (size_t i = 0; i < n; ++i, ++used[part]) {
+      const double w = trust * anchored[part].quality[used[part]];
       const double keep = 0.5 * quality[f][i] + 0.05;
-      target[f][i] = (keep * guess[i] + w * anchored.points_px[i]) / (keep + w);
+      target[f][i] = (keep * guess[i] + w * anchored[part].points_px[used[part]]) / (keep + w);
       quality[f][i] = std::max(quality[f][i], w);
     }
   }
 
   // Relax.
-  const Evidence evidence = make_evidence(chart);
+  EvidenceOptions places;
+  places.nose_base_px = contours[kNoseTip][contours[kNoseTip].size() / 2].y();
+  places.mouth_line_px = 0.5 * (target[kUpperLip].front().y() + target[kUpperLip].back().y());
+  const Evidence evidence = make_evidence(chart, lips, places);
+  mouth = follow_mouth(evidence, mouth, rest);
+  for (const FeatureIndex f : {kUpperLip, kLowerLip}) {
+    const std::vector<Point2> model = lip_nodes(mouth, f == kUpperLip);
+    for (size_t i = 0; i < model.size(); ++i) {
+      target[f][i] += options.model_share * (model[i] - target[f][i]);
+    }
+  }
   for (size_t f = 0; f < kNumFeatures; ++f) {
     std::vector<SoftAnchor> anchors(contours[f].size());
     for (size_t i = 0; i < anchors.size(); ++i) {
@@ -265,7 +382,18 @@ bool Tracker::Impl::follow(const Frame& frame) {
   follow_contours(chart);
   remember(chart);
   last = chart;
+  ++age;
+  coasted = 0;
+  look_again(frame);
   return true;
+}
+
+// The face was not where it should be: look for it in the whole picture, else wait a few frames.
+void Tracker::Impl::recover(const Frame& frame) {
+  if (start(frame)) return;
+  ++coasted;
+  for (double& c : confidence) c *= 0.5;
+  if (coasted > options.max_coast_frames) tracking = false;
 }
 
 ContourSet Tracker::Impl::result(const Frame& frame) const {
@@ -276,10 +404,19 @@ ContourSet Tracker::Impl::result(const Frame& frame) const {
     Contour contour;
     contour.name = kFeatureSchema[f].name;
     if (tracking) {
+      int outside = 0;
       for (const Point2& p : contours[f]) {
-        contour.points_px.push_back(last.image_from_chart.apply(p));
+        const Point2 q = last.image_from_chart.apply(p);
+        outside += q.x() < 0.0 || q.y() < 0.0 || q.x() > frame.image.cols - 1.0 ||
+                   q.y() > frame.image.rows - 1.0;
+        contour.points_px.push_back(q);
       }
       contour.confidence = confidence[f];
+      // Mostly out of the picture: nothing is known of it.
+      if (3 * outside > static_cast<int>(contours[f].size())) {
+        contour.points_px.clear();
+        contour.confidence = 0.0;
+      }
     }
     set.contours.push_back(std::move(contour));
   }
@@ -297,10 +434,15 @@ ContourSet Tracker::track(const Frame& frame) {
   Impl& impl = *impl_;
   impl.report = {};
   const bool usable = !as_bgr(frame.image).empty();
-  if (usable && impl.tracking && !impl.follow(frame)) {
+  if (usable && impl.given && impl.start_from_given(frame)) {
+    // Nothing more to do in this frame.
+  } else if (usable && impl.tracking) {
+    if (!impl.follow(frame)) impl.recover(frame);
+  } else if (usable) {
+    impl.start(frame);
+  } else {
     impl.tracking = false;
   }
-  if (usable && !impl.tracking) impl.start(frame);
   ContourSet set = impl.result(frame);
   impl.report.face_found = impl.tracking;
   for (const Contour& contour : set.contours) impl.report.num_lost += contour.lost() ? 1 : 0;

@@ -18,6 +18,12 @@ struct TrackerOptions {
   // Strength of the spring from a node to where optical flow saw it go, [0, 100], against an image
   // force of about one. Small: nodes slide along edges; large: the drift of the flow stays.
   double flow_hold = 0.3;
+  // Share of the mouth model in where the lip contours are drawn to before they relax, the rest is
+  // optical flow's, [0, 1]. Small: lips slip to inner edges; large: only symmetric mouths.
+  double model_share = 0.5;
+  // The start is made again, once or twice in its first second, when the face has become sharper by
+  // this factor, > 1. Small: a needless jump; large: a start on blocky frames is never mended.
+  double sharper = 1.2;
   // A look at the mouth or the brows that resembles every remembered one less than this is
   // remembered too, (0, 1). Small: flow must bridge large changes; large: drift is remembered.
   double new_look_correlation = 0.85;

@@ -1,0 +1,109 @@
+#include "tracker/lip_map.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace zygoma {
+namespace {
+
+constexpr size_t kFewest = 60;          // pixels of either class
+constexpr float kLipLevel = 0.85F;      // of the map at the typical lip
+constexpr float kLeastDistance = 1.2F;  // of the typical lip from skin, in spreads
+
+// Pseudo-hue, share of blue, brightness: all about [0, 1]. The constants keep near-black pixels,
+// whose colour is noise, neutral.
+Eigen::Vector3f features(const cv::Vec3b& bgr) {
+  const float blue = bgr[0];
+  const float green = bgr[1];
+  const float red = bgr[2];
+  return {(red + 8.0F) / (red + green + 16.0F),
+          (blue + 6.0F) / (red + green + blue + 18.0F),
+          (0.3F * red + 0.6F * green + 0.1F * blue) / 255.0F};
+}
+
+// The outline grown about its middle, as a mask.
+cv::Mat grown(const cv::Size& size,
+              const std::vector<Point2>& outline,
+              double factor,
+              double more_px) {
+  Point2 middle = Point2::Zero();
+  for (const Point2& p : outline) middle += p / static_cast<double>(outline.size());
+  std::vector<cv::Point> polygon;
+  for (const Point2& p : outline) {
+    const Point2 out = p - middle;
+    const Point2 q = middle + factor * out + more_px * out.normalized();
+    polygon.emplace_back(static_cast<int>(std::lround(q.x())),
+                         static_cast<int>(std::lround(q.y())));
+  }
+  cv::Mat mask = cv::Mat::zeros(size, CV_8U);
+  cv::fillPoly(mask, std::vector<std::vector<cv::Point>>{polygon}, cv::Scalar(255));
+  return mask;
+}
+
+}  // namespace
+
+bool LipMap::learn(const cv::Mat& bgr,
+                   const std::vector<Point2>& upper_lip,
+                   const std::vector<Point2>& lower_lip) {
+  std::vector<Point2> outline = upper_lip;
+  outline.insert(outline.end(), lower_lip.rbegin(), lower_lip.rend());
+  cv::Mat soft;
+  cv::GaussianBlur(bgr, soft, cv::Size(), 1.2);
+  const cv::Mat near = grown(bgr.size(), outline, 1.05, 4.0);
+  const cv::Mat far = grown(bgr.size(), outline, 1.1, 14.0);
+  const cv::Mat inside = grown(bgr.size(), outline, 0.9, -1.0);
+  std::vector<Eigen::Vector3f> skin, lips;
+  for (int row = 0; row < bgr.rows; ++row) {
+    for (int column = 0; column < bgr.cols; ++column) {
+      if (inside.at<uchar>(row, column)) {
+        lips.push_back(features(soft.at<cv::Vec3b>(row, column)));
+      } else if (far.at<uchar>(row, column) && !near.at<uchar>(row, column)) {
+        skin.push_back(features(soft.at<cv::Vec3b>(row, column)));
+      }
+    }
+  }
+  if (skin.size() < kFewest || lips.size() < kFewest) return false;
+  Eigen::Vector3f mean = Eigen::Vector3f::Zero();
+  for (const auto& f : skin) mean += f / static_cast<float>(skin.size());
+  Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();
+  for (const auto& f : skin) {
+    covariance += (f - mean) * (f - mean).transpose() / static_cast<float>(skin.size());
+  }
+  // Floors: half a grey level of hue, and the shading a moving head brings.
+  covariance.diagonal() += Eigen::Vector3f(2e-5F, 2e-5F, 2e-3F);
+  const Eigen::LLT<Eigen::Matrix3f> factor(covariance);
+  if (factor.info() != Eigen::Success) return false;
+  const Eigen::Matrix3f whiten =
+      factor.matrixL().solve(Eigen::Matrix3f(Eigen::Matrix3f::Identity()));
+  std::vector<float> distance;
+  for (const auto& f : lips) distance.push_back((whiten * (f - mean)).norm());
+  const auto middle = distance.begin() + static_cast<std::ptrdiff_t>(distance.size() / 2);
+  std::nth_element(distance.begin(), middle, distance.end());
+  if (!std::isfinite(*middle) || *middle < kLeastDistance) return false;
+  mean_ = mean;
+  whiten_ = whiten;
+  scale_ = *middle / std::sqrt(-2.0F * std::log(1.0F - kLipLevel));
+  separation_ = static_cast<double>(*middle);
+  learned_ = true;
+  return true;
+}
+
+cv::Mat LipMap::apply(const cv::Mat& bgr) const {
+  cv::Mat map(bgr.size(), CV_32F);
+  const Eigen::Matrix3f scaled = whiten_ / scale_;
+  for (int row = 0; row < bgr.rows; ++row) {
+    const cv::Vec3b* in = bgr.ptr<cv::Vec3b>(row);
+    float* out = map.ptr<float>(row);
+    for (int column = 0; column < bgr.cols; ++column) {
+      const Eigen::Vector3f f = features(in[column]);
+      out[column] = learned_
+                        ? 255.0F * (1.0F - std::exp(-0.5F * (scaled * (f - mean_)).squaredNorm()))
+                        : 255.0F * f[0];
+    }
+  }
+  return map;
+}
+
+}  // namespace zygoma
