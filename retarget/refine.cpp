@@ -293,8 +293,8 @@ bool Refiner::Impl::solve_free(const std::vector<int>& held) {
   options.linear_solver_type = ceres::DENSE_QR;
   // Steps that run into a new bound creep; look at the held set again before they cost much.
   options.max_num_iterations = std::min(6, scene.options.max_iterations - iterations);
-  options.function_tolerance = 1e-6;
-  options.parameter_tolerance = 1e-6;
+  options.function_tolerance = 1e-4;
+  options.parameter_tolerance = 1e-4;
   options.gradient_tolerance = 1e-8;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;

@@ -208,7 +208,15 @@ Contractions Performer::Impl::act(double time_s) {
   if (controls.contraction != truth.value || controls.jaw_rad != jaw_rad) {
     controls.contraction = truth.value;
     controls.jaw_rad = jaw_rad;
-    simulator.settle(controls, state);
+    // Rest is known exactly; a settle would stop a tolerance short of it.
+    const bool at_rest =
+        jaw_rad == 0.0 &&
+        std::all_of(truth.value.begin(), truth.value.end(), [](double c) { return c == 0.0; });
+    if (at_rest) {
+      state = simulator.rest();
+    } else {
+      simulator.settle(controls, state);
+    }
   }
   embed_skin(*anatomy, state, skin_mm);
   return truth;
