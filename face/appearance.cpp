@@ -9,7 +9,7 @@ namespace {
 using Colour = Eigen::Vector3f;
 
 constexpr double kHalfWidth = 176.0;
-constexpr double kHalfHeight = 206.0;
+constexpr double kHalfHeight = 216.0;
 constexpr double kMiddleY = -10.0;
 constexpr double kZoom = 1.7;  // texels per mm in the middle over the mean, roughly
 
@@ -102,8 +102,8 @@ class Painter {
         const Vec2* at = grid.data() + (row / kStep) * nodes + column / kStep;
         const double u = (column % kStep) / static_cast<double>(kStep);
         const double v = (row % kStep) / static_cast<double>(kStep);
-        const Vec2 front = (1 - v) * ((1 - u) * at[0] + u * at[1]) +
-                           v * ((1 - u) * at[nodes] + u * at[nodes + 1]);
+        const Vec2 front =
+            (1 - v) * ((1 - u) * at[0] + u * at[1]) + v * ((1 - u) * at[nodes] + u * at[nodes + 1]);
         canvas_[std::size_t(row) * size_ + column] =
             ground_colour(domain_of_texel(column, row), front);
       }
@@ -238,8 +238,7 @@ class Painter {
     colour *=
         static_cast<float>(1.0 + 0.035 * bump((out - 1.6) / 1.0) * smooth_step(26.0, 22.0, x));
     const double slit = bump(d / 0.7) * smooth_step(27.4, 25.0, x);
-    colour =
-        mix(colour, identity_.skin_tone.cwiseProduct(Colour(0.36F, 0.17F, 0.17F)), 0.6 * slit);
+    colour = mix(colour, identity_.skin_tone.cwiseProduct(Colour(0.36F, 0.17F, 0.17F)), 0.6 * slit);
     const double corner = bump(std::hypot((x - 26.3) / 2.6, d / 1.5));
     colour *= static_cast<float>(1.0 - 0.28 * corner);
   }
@@ -258,7 +257,8 @@ class Painter {
     colour = mix(colour, lash, 0.45 * bump((below - 1.3) / 0.8) * smooth_step(0.1, 0.6, s));
     // The crease.
     const double crease = front.y() - lid_margin(t, +1).y() - 5.6;
-    colour *= static_cast<float>(1.0 - 0.20 * bump(crease / 1.1) * smooth_step(0.0, 0.3, s) * smooth_step(1.12, 0.75, s));
+    colour *= static_cast<float>(1.0 - 0.20 * bump(crease / 1.1) * smooth_step(0.0, 0.3, s) *
+                                           smooth_step(1.12, 0.75, s));
   }
 
   Vec2 domain_of_texel(int column, int row) const {

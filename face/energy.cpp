@@ -38,16 +38,19 @@ void add_piece(ColumnMatrix& h, int offset, const Eigen::Matrix3d& piece) {
 FaceEnergy::FaceEnergy(const Anatomy& anatomy, Lattice lattice, const EnergyOptions& options)
     : anatomy_(anatomy), lattice_(std::move(lattice)), options_(options) {
   muscles_ = make_muscle_field(anatomy_, lattice_);
+  find_slip();
   hold_of_column_.assign(lattice_.num_columns, -1);
   for (int v = 0; v < lattice_.num_columns; ++v) {
-    if (muscles_.hold[v] <= 0.0) continue;
+    const double share = muscles_.hold[v] + options_.slip_hold_ratio * slip_[v];
+    if (share <= 0.0) continue;
     Hold hold;
     hold.node = lattice_.fascia_node(v);
-    hold.stiffness = options_.muscle_hold_kpa_per_mm * lattice_.area_mm2[v] * muscles_.hold[v];
+    hold.stiffness = options_.muscle_hold_kpa_per_mm * lattice_.area_mm2[v] * share;
     hold_of_column_[v] = static_cast<int>(holds_.size());
     holds_.push_back(hold);
   }
   find_slots();
+  smooth_mandible_weight();
   set_controls(std::vector<double>(anatomy_.muscles.size(), 0.0), 0.0);
 }
 
@@ -65,16 +68,48 @@ void FaceEnergy::set_controls(const std::vector<double>& contraction, double jaw
   for (Hold& hold : holds_) hold.target_mm = carried(hold.node) + hold.pull_mm;
 }
 
+// 1 on lips and lids, fading with the distance along the skin.
+void FaceEnergy::find_slip() {
+  std::vector<char> flap(lattice_.num_columns, 0);
+  for (int v = 0; v < lattice_.num_columns; ++v) flap[v] = anatomy_.region[v] != Region::kFace;
+  slip_.assign(lattice_.num_columns, 0.0);
+  if (std::find(flap.begin(), flap.end(), 1) == flap.end()) return;
+  const std::vector<double> distance =
+      distance_along(anatomy_.surface, flap, options_.slip_reach_mm);
+  for (int v = 0; v < lattice_.num_columns; ++v) {
+    const double t = std::max(0.0, 1.0 - distance[v] / options_.slip_reach_mm);
+    slip_[v] = t * t * (3.0 - 2.0 * t);
+  }
+}
+
+// Soft tissue between the two bones shares their motion gently; the slit of the mouth separates.
+void FaceEnergy::smooth_mandible_weight() {
+  constexpr int kRounds = 6;
+  mandible_weight_ = anatomy_.mandible_weight;
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<double> mean(mandible_weight_.size());
+    for (int v = 0; v < lattice_.num_columns; ++v) {
+      double sum = 0.0;
+      for (const int u : lattice_.neighbors[v]) sum += mandible_weight_[u];
+      mean[v] =
+          0.5 * (mandible_weight_[v] + sum / static_cast<double>(lattice_.neighbors[v].size()));
+    }
+    mandible_weight_ = std::move(mean);
+  }
+}
+
 Vec3 FaceEnergy::carried(int node) const {
   const Vec3& rest = lattice_.rest_mm[node];
-  const double weight = anatomy_.mandible_weight[node % lattice_.num_columns];
+  const double weight = mandible_weight_[node % lattice_.num_columns];
   if (jaw_rad_ == 0.0 || weight == 0.0) return rest;
   return rest + weight * (jaw_motion_ * rest - rest);
 }
 
 void FaceEnergy::place_bone(std::vector<Vec3>& x) const {
   for (int v = 0; v < lattice_.num_columns; ++v) {
-    x[lattice_.bone_node(v)] = carried(lattice_.bone_node(v));
+    Vec3& bone = x[lattice_.bone_node(v)];
+    bone = carried(lattice_.bone_node(v));
+    if (hold_of_column_[v] >= 0) bone += slip_[v] * holds_[hold_of_column_[v]].pull_mm;
   }
 }
 
@@ -249,17 +284,22 @@ Eigen::VectorXd FaceEnergy::hessian_times(const std::vector<Vec3>& x,
 Eigen::MatrixXd FaceEnergy::control_forces(const std::vector<Vec3>& x) const {
   const std::size_t num_muscles = muscles_.pulls.size();
   Eigen::MatrixXd forces = Eigen::MatrixXd::Zero(num_unknowns(), num_muscles + 1);
+  std::vector<Vec3> bone_motion(lattice_.rest_mm.size(), Vec3::Zero());
   for (std::size_t m = 0; m < num_muscles; ++m) {
     for (const MusclePull& pull : muscles_.pulls[m]) {
+      bone_motion[lattice_.bone_node(pull.column)] = slip_[pull.column] * pull.displacement_mm;
+    }
+    forces.col(m) = -hessian_times(x, bone_motion);
+    for (const MusclePull& pull : muscles_.pulls[m]) {
       const Hold& hold = holds_[hold_of_column_[pull.column]];
-      forces.block<3, 1>(3 * hold.node, m) = hold.stiffness * pull.displacement_mm;
+      forces.block<3, 1>(3 * hold.node, m) += hold.stiffness * pull.displacement_mm;
+      bone_motion[lattice_.bone_node(pull.column)].setZero();
     }
   }
   const auto rate = [&](int node) -> Vec3 {
-    return anatomy_.mandible_weight[node % lattice_.num_columns] *
+    return mandible_weight_[node % lattice_.num_columns] *
            opening_rate(anatomy_.jaw, jaw_rad_, lattice_.rest_mm[node]);
   };
-  std::vector<Vec3> bone_motion(lattice_.rest_mm.size(), Vec3::Zero());
   for (int v = 0; v < lattice_.num_columns; ++v) {
     bone_motion[lattice_.bone_node(v)] = rate(lattice_.bone_node(v));
   }

@@ -10,7 +10,10 @@
 //
 // Muscles ask fascia nodes to go to t_j, softly: kappa_j = kappa w_j area_j does not depend on the
 // contractions, so the face is a smooth function of them. Bone nodes are prescribed: at rest, or
-// carried by the mandible. t_j is carried along with the bone below.
+// carried by the mandible. t_j is carried along with the bone below. Around mouth and eyes there is
+// no bone below but mucosa that slides over teeth and eyeball: there the lowest nodes follow the
+// pull of the muscles as far as `slip` says, and the fascia is held firmly to its target, so that a
+// flap moves as a whole however thin it is.
 //
 // Unknowns are the free nodes, all but the bone; vectors run 3 node + axis.
 #pragma once
@@ -29,6 +32,8 @@ struct EnergyOptions {
   double muscle_hold_kpa_per_mm = 15.0;  // kappa; below 3 tissue wins over muscles
   double barrier_start = 0.3;            // J0, share of the rest volume
   double barrier_ratio = 3.0;            // against the bulk modulus
+  double slip_hold_ratio = 10.0;         // how much firmer muscles hold where the floor slips
+  double slip_reach_mm = 18.0;           // from lips and lids, where slip has faded to 0
 };
 
 class FaceEnergy {
@@ -46,7 +51,7 @@ class FaceEnergy {
   // Moves the bone nodes of x to where the controls have them.
   void place_bone(std::vector<Vec3>& x) const;
 
-  // Where the bone below a column carries a point of that column, for the jaw as set.
+  // Where the jaw, as set, carries a point of a column.
   Vec3 carried(int node) const;
 
   // Energy; `gradient` gets d(energy)/d(free nodes).
@@ -91,6 +96,8 @@ class FaceEnergy {
     double energy = 0.0, first = 0.0, second = 0.0;
   };
 
+  void find_slip();
+  void smooth_mandible_weight();
   Jet prism_jet(const Prism& prism, double volume) const;
   int slot(int row_node, int column_node, bool& first_is_row) const;
   void find_slots();
@@ -100,7 +107,9 @@ class FaceEnergy {
   EnergyOptions options_;
   MuscleField muscles_;
   std::vector<Hold> holds_;
-  std::vector<int> hold_of_column_;  // -1 = out of every muscle's reach
+  std::vector<int> hold_of_column_;      // -1 = out of every muscle's reach
+  std::vector<double> slip_;             // per column, share of the pull its lowest node follows
+  std::vector<double> mandible_weight_;  // per column
   std::vector<SpringSlots> spring_slots_;
   std::vector<PrismSlots> prism_slots_;
   double jaw_rad_ = 0.0;

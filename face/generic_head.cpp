@@ -16,8 +16,6 @@
 namespace zygoma {
 namespace {
 
-constexpr int kAlbedoSize = 1024;
-
 void require_range(const char* name, double value, double low, double high) {
   // Written so that NaN fails too.
   if (value >= low && value <= high) return;
@@ -174,6 +172,9 @@ Anatomy make_generic_head(const Identity& identity, const HeadOptions& options) 
               ", expected 300 to 4000");
   require(options.skin_levels >= 0 && options.skin_levels <= 3,
           "head: skin_levels is " + std::to_string(options.skin_levels) + ", expected 0 to 3");
+  require(options.albedo_size_px >= 64 && options.albedo_size_px <= 4096,
+          "head: albedo_size_px is " + std::to_string(options.albedo_size_px) +
+              ", expected 64 to 4096");
   const HeadShape shape(identity);
   const DomainMesh domain = mesh_domain(shape, options.num_surface_vertices);
 
@@ -193,7 +194,7 @@ Anatomy make_generic_head(const Identity& identity, const HeadOptions& options) 
     anatomy.skin.uv.push_back(uv_from_domain(p.at_mm));
   }
   anatomy.skin.embedding = std::move(fine.embedding);
-  anatomy.skin.albedo = paint_skin(shape, identity, kAlbedoSize);
+  anatomy.skin.albedo = paint_skin(shape, identity, options.albedo_size_px);
   anatomy.rigid_parts = make_rigid_parts(shape, identity);
   anatomy.muscles = standard_muscles(
       anatomy.surface, [&shape](Vec2 canonical) { return head_from_canonical(shape, canonical); });

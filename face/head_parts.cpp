@@ -170,17 +170,17 @@ RigidPart ellipsoid(const HeadShape& shape,
   return part;
 }
 
-// Height of the ear's relief over its plane, (p, q) = backwards and upwards from its middle, rho = 1
-// at the outline.
+// Height of the ear's relief over its plane, (p, q) = backwards and upwards from its middle, rho =
+// 1 at the outline.
 double ear_relief(double p, double q, double rho) {
   const double upper_back = smooth_step(-24.0, -6.0, q) * smooth_step(-15.0, -6.0, p + 0.25 * q);
-  double h = 0.42 * (p + 13.0);                                        // stands off at the back
-  h += 3.4 * upper_back * bump((rho - 0.90) / 0.10);                   // helix
-  h -= 2.2 * upper_back * bump((rho - 0.72) / 0.09);                   // scapha
+  double h = 0.30 * (p + 13.0);                       // stands off at the back
+  h += 3.4 * upper_back * bump((rho - 0.90) / 0.10);  // helix
+  h -= 2.2 * upper_back * bump((rho - 0.72) / 0.09);  // scapha
   h += 2.6 * upper_back * bump((std::hypot(p + 2.0, 0.62 * q) / 11.5 - 0.80) / 0.20);  // antihelix
-  h -= 8.0 * bump(std::hypot((p + 3.5) / 7.0, (q + 3.0) / 9.0));       // concha
-  h += 4.2 * bump(std::hypot((p + 11.5) / 3.4, (q + 5.0) / 5.0));      // tragus
-  h += 1.6 * bump(std::hypot((p + 3.0) / 8.0, (q + 24.0) / 7.0));      // lobe
+  h -= 8.0 * bump(std::hypot((p + 3.5) / 7.0, (q + 3.0) / 9.0));                       // concha
+  h += 4.2 * bump(std::hypot((p + 11.5) / 3.4, (q + 5.0) / 5.0));                      // tragus
+  h += 1.6 * bump(std::hypot((p + 3.0) / 8.0, (q + 24.0) / 7.0));                      // lobe
   return h - 3.0 * smooth_step(0.92, 1.0, rho);
 }
 
@@ -200,9 +200,9 @@ RigidPart ear(const HeadShape& shape, const Identity& identity, bool left) {
     const double sink = std::max(0, r - kRings + 1) / static_cast<double>(kBehind);
     for (int k = 0; k < kAround; ++k) {
       const double a = 2.0 * M_PI * k / kAround;
-      const double wide = std::cos(a) > 0.0 ? 17.5 : 14.0;
+      const double wide = std::cos(a) > 0.0 ? 16.5 : 13.0;
       const double p = rho * wide * std::cos(a) * (1.0 + 0.16 * std::sin(a)) * (1.0 - 0.10 * sink);
-      const double q = rho * 31.0 * std::sin(a) * (1.0 - 0.06 * sink);
+      const double q = rho * 29.0 * std::sin(a) * (1.0 - 0.06 * sink);
       const double h = ear_relief(p, q, rho) * (1.0 - sink) - 9.0 * sink;
       Vec3 at = middle + p * back + q * up + h * out;
       if (!left) at.x() = -at.x();
@@ -213,7 +213,7 @@ RigidPart ear(const HeadShape& shape, const Identity& identity, bool left) {
     }
   }
   join_grid(part, kRings + kBehind, kAround, true);
-  if (left) {
+  if (!left) {
     for (Triangle& t : part.mesh.triangles) std::swap(t[1], t[2]);
   }
   return part;
@@ -224,15 +224,15 @@ RigidPart shirt(const Identity& identity) {
   struct Ring {
     double half_width, half_depth, y, slope;  // slope: how much lower the front is than the back
   };
-  constexpr std::array<Ring, 13> kRings{{{62, 45, -151, 16},
-                                         {64.5, 47.5, -141, 16},
-                                         {66, 49, -138, 16},
-                                         {68.5, 51.5, -138.5, 16},
-                                         {71, 54, -142, 16},
-                                         {73, 55.5, -146.5, 16},
-                                         {84, 61, -152, 15},
-                                         {108, 71, -163, 14},
-                                         {140, 82, -176, 12},
+  constexpr std::array<Ring, 13> kRings{{{58.5, 43, -152, 10},
+                                         {60, 44.5, -136, 10},
+                                         {61.5, 46, -132, 10},
+                                         {64, 48.5, -132.5, 10},
+                                         {67, 51, -136, 10},
+                                         {70, 53.5, -141.5, 11},
+                                         {82, 60, -149, 12},
+                                         {107, 71, -161, 13},
+                                         {140, 82, -175, 12},
                                          {170, 92, -192, 10},
                                          {190, 99, -214, 8},
                                          {200, 106, -250, 4},
@@ -255,7 +255,8 @@ RigidPart shirt(const Identity& identity) {
       const double x = std::sin(a);
       const double z = std::cos(a);
       // Shoulders are squarer than an ellipse.
-      const double square = 1.0 / std::pow(std::pow(std::abs(x), 2.4) + std::pow(std::abs(z), 2.4), 1.0 / 2.4);
+      const double square =
+          1.0 / std::pow(std::pow(std::abs(x), 2.4) + std::pow(std::abs(z), 2.4), 1.0 / 2.4);
       part.mesh.positions_mm.emplace_back(identity.face_width * ring.half_width * x * square,
                                           identity.face_height * ring.y - ring.slope * z,
                                           -90.0 + ring.half_depth * z * square);
@@ -301,6 +302,16 @@ std::vector<RigidPart> make_rigid_parts(const HeadShape& shape, const Identity& 
   parts.push_back(ear(shape, identity, true));
   parts.push_back(ear(shape, identity, false));
   parts.push_back(shirt(identity));
+  const Colour hair = 0.8F * linear_from_srgb(identity.hair_tone);
+  RigidPart back = ellipsoid(
+      shape,
+      Vec3(0.0, 40.0, -112.0),
+      Vec3(80.0, 84.0, 84.0),
+      [&hair](const Vec3&) { return hair; },
+      false);
+  back.name = "back_of_head";
+  back.gloss = 0.01F;
+  parts.push_back(back);
   return parts;
 }
 

@@ -187,7 +187,8 @@ double HeadShape::hair_mm(const Vec2& domain_mm) const {
   const double x = std::abs(domain_mm.x());
   const double slope = 0.25 * (hairline_(x + 2.0) - hairline_(x - 2.0));
   const double inside = (domain_mm.y() - hairline_(x)) / std::sqrt(1.0 + slope * slope);
-  const double full = 10.0 - 5.0 * smooth_step(60.0, 105.0, x) * smooth_step(70.0, 30.0, domain_mm.y());
+  const double full =
+      10.0 - 5.0 * smooth_step(60.0, 105.0, x) * smooth_step(70.0, 30.0, domain_mm.y());
   return full * smooth_step(-1.0, 24.0, inside);
 }
 

@@ -185,6 +185,14 @@ void fit_depth(const SurfaceMesh& surface, const LatticeOptions& options, Lattic
   }
 }
 
+// A sheet of thickness h resists with a stiffness ~ 1/h across and 1/h along: thin flaps (inside of
+// the lips, lids) would be welded to what lies below. They are loose in life.
+double softening(double depth_mm) {
+  constexpr double kFullMm = 6.0;
+  const double share = std::min(1.0, depth_mm / kFullMm);
+  return share * share;
+}
+
 void add_prisms(const SurfaceMesh& surface, const LatticeOptions& options, Lattice& lattice) {
   for (int layer = 0; layer + 1 < lattice.num_node_layers; ++layer) {
     const TissueLayer& tissue = options.layers[layer];
@@ -204,7 +212,9 @@ void add_prisms(const SurfaceMesh& surface, const LatticeOptions& options, Latti
       require(prism.rest_mm3 > 0.0,
               "surface triangle " + std::to_string(t) + ": the tissue below it (" + tissue.name +
                   ") has no positive volume; is the mesh folded or facing inwards?");
-      prism.bulk_kpa = tissue.bulk_ratio * tissue.modulus_kpa;
+      const double depth =
+          (lattice.depth_mm[tri[0]] + lattice.depth_mm[tri[1]] + lattice.depth_mm[tri[2]]) / 3.0;
+      prism.bulk_kpa = softening(depth) * tissue.bulk_ratio * tissue.modulus_kpa;
       lattice.prisms.push_back(prism);
     }
   }
@@ -249,8 +259,12 @@ void add_springs(const SurfaceMesh& surface, const LatticeOptions& options, Latt
     const Prism& prism = lattice.prisms[p];
     const TissueLayer& tissue = options.layers[p / num_triangles];
     const double volume = prism.rest_mm3 / kSpringsPerPrism;
+    const Triangle& tri = surface.triangles[p % num_triangles];
+    const double depth =
+        (lattice.depth_mm[tri[0]] + lattice.depth_mm[tri[1]] + lattice.depth_mm[tri[2]]) / 3.0;
+    const double modulus = softening(depth) * tissue.modulus_kpa;
     const auto add = [&](int a, int b) {
-      collector.add(prism.node[a], prism.node[b], volume, tissue.modulus_kpa, tissue.stiff_ratio);
+      collector.add(prism.node[a], prism.node[b], volume, modulus, tissue.stiff_ratio);
     };
     for (int c = 0; c < 3; ++c) {
       const int next = (c + 1) % 3;

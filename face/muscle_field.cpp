@@ -14,7 +14,7 @@ namespace zygoma {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kNormalRounds = 12;  // directions follow the head, not the lip or the nostril
+constexpr int kNormalRounds = 15;  // directions follow the head, not the lip or the nostril
 
 // Closest point of a triangle to p, and its distance.
 double distance_to_triangle(const SurfaceMesh& surface, const Triangle& t, const Vec3& p) {
@@ -97,6 +97,35 @@ void check_muscle(const Muscle& muscle) {
           name + "attachment and emergence coincide");
 }
 
+// Normals of the head at large. Skin that turns inwards (inside of the lips, rims of the lids)
+// takes the normal of the skin in front of it, else neighbours would be pulled in opposite
+// directions.
+std::vector<Vec3> broad_normals(const SurfaceMesh& surface,
+                                const std::vector<std::vector<int>>& neighbors) {
+  constexpr double kOutwards = 0.4;  // cosine
+  std::vector<Vec3> broad(surface.positions_mm.size(), Vec3::Zero());
+  for (int pass = 0; pass < 2; ++pass) {
+    std::vector<Vec3> sum(broad.size(), Vec3::Zero());
+    for (const Triangle& t : surface.triangles) {
+      const Vec3& a = surface.positions_mm[t[0]];
+      const Vec3 area = (surface.positions_mm[t[1]] - a).cross(surface.positions_mm[t[2]] - a);
+      for (const int v : t) {
+        if (pass == 0 || area.dot(broad[v]) > kOutwards * area.norm()) sum[v] += area;
+      }
+    }
+    for (int round = 0; round < kNormalRounds; ++round) {
+      std::vector<Vec3> mean(sum.size(), Vec3::Zero());
+      for (std::size_t v = 0; v < sum.size(); ++v) {
+        for (const int u : neighbors[v]) mean[v] += sum[u];
+        mean[v] = 0.5 * (sum[v] + mean[v] / static_cast<double>(neighbors[v].size()));
+      }
+      sum = std::move(mean);
+    }
+    for (std::size_t v = 0; v < sum.size(); ++v) broad[v] = sum[v].normalized();
+  }
+  return broad;
+}
+
 // m turned into the plane across `normal`, length kept; a muscle that would run straight into the
 // bone is stretched to at most twice its shadow.
 Vec3 tangent_with_length(const Vec3& m, const Vec3& normal) {
@@ -104,30 +133,24 @@ Vec3 tangent_with_length(const Vec3& m, const Vec3& normal) {
   return flat * (m.norm() / std::max(flat.norm(), 0.5 * m.norm()));
 }
 
-}  // namespace
-
-std::vector<double> distance_along(const SurfaceMesh& surface,
-                                   const Vec3& from_mm,
-                                   double reach_mm) {
+// Dijkstra over the vertices, with the unfolded wave as the length of a step.
+std::vector<double> spread(const SurfaceMesh& surface,
+                           const std::vector<double>& seed,
+                           double reach_mm) {
   const std::size_t n = surface.positions_mm.size();
   std::vector<std::vector<Triangle>> around(n);
-  double nearest = kInfinity;
   for (const Triangle& t : surface.triangles) {
     for (int c = 0; c < 3; ++c) around[t[c]].push_back({t[c], t[(c + 1) % 3], t[(c + 2) % 3]});
-    nearest = std::min(nearest, distance_to_triangle(surface, t, from_mm));
   }
   std::vector<double> distance(n, kInfinity);
   using Entry = std::pair<double, int>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
   const auto improve = [&](int v, double d) {
-    if (d >= distance[v] - 1e-12 || d > reach_mm) return;
+    if (!(d < distance[v] - 1e-12) || d > reach_mm) return;
     distance[v] = d;
     front.push({d, v});
   };
-  for (const Triangle& t : surface.triangles) {
-    if (distance_to_triangle(surface, t, from_mm) > nearest + 1e-9) continue;
-    for (const int v : t) improve(v, (surface.positions_mm[v] - from_mm).norm());
-  }
+  for (std::size_t v = 0; v < n; ++v) improve(static_cast<int>(v), seed[v]);
   while (!front.empty()) {
     const auto [d, v] = front.top();
     front.pop();
@@ -145,14 +168,40 @@ std::vector<double> distance_along(const SurfaceMesh& surface,
   return distance;
 }
 
+}  // namespace
+
+std::vector<double> distance_along(const SurfaceMesh& surface,
+                                   const Vec3& from_mm,
+                                   double reach_mm) {
+  double nearest = kInfinity;
+  for (const Triangle& t : surface.triangles) {
+    nearest = std::min(nearest, distance_to_triangle(surface, t, from_mm));
+  }
+  std::vector<double> seed(surface.positions_mm.size(), kInfinity);
+  for (const Triangle& t : surface.triangles) {
+    if (distance_to_triangle(surface, t, from_mm) > nearest + 1e-9) continue;
+    for (const int v : t) seed[v] = (surface.positions_mm[v] - from_mm).norm();
+  }
+  return spread(surface, seed, reach_mm);
+}
+
+std::vector<double> distance_along(const SurfaceMesh& surface,
+                                   const std::vector<char>& from,
+                                   double reach_mm) {
+  std::vector<double> seed(from.size(), kInfinity);
+  for (std::size_t v = 0; v < from.size(); ++v) {
+    if (from[v]) seed[v] = 0.0;
+  }
+  return spread(surface, seed, reach_mm);
+}
+
 double fold_measure(const Muscle& muscle) {
   const double length = (muscle.emergence_mm - muscle.attachment_mm).norm();
   return muscle.largest_shortening * length * std::numbers::pi / (2.0 * muscle.radius_mm);
 }
 
 MuscleField make_muscle_field(const Anatomy& anatomy, const Lattice& lattice) {
-  const std::vector<Vec3> normal =
-      smooth_normals(anatomy.surface, lattice.neighbors, kNormalRounds);
+  const std::vector<Vec3> normal = broad_normals(anatomy.surface, lattice.neighbors);
   MuscleField field;
   field.hold.assign(lattice.num_columns, 0.0);
   for (const Muscle& muscle : anatomy.muscles) {

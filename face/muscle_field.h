@@ -40,4 +40,9 @@ std::vector<double> distance_along(const SurfaceMesh& surface,
                                    const Vec3& from_mm,
                                    double reach_mm);
 
+// The same from a set of vertices (mask per vertex).
+std::vector<double> distance_along(const SurfaceMesh& surface,
+                                   const std::vector<char>& from,
+                                   double reach_mm);
+
 }  // namespace zygoma

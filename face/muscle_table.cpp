@@ -16,19 +16,19 @@ struct TableRow {
   double attachment_xy_mm[2];  // skin end
   double emergence_xy_mm[2];   // bone end
   double radius_mm;            // influence along the skin
-  double largest_shortening;
+  double pull_mm;              // displacement asked for at contraction 1
 };
 
 constexpr std::array<TableRow, 9> kTable{{
-    {"zygomaticus_major", {27.0, -76.0}, {60.0, -34.0}, 36.0, 0.24},
-    {"levator_labii_superioris_alaeque_nasi", {15.6, -42.0}, {9.9, -10.0}, 18.0, 0.25},
-    {"levator_labii_superioris", {19.0, -65.0}, {24.0, -17.0}, 22.0, 0.20},
-    {"occipitofrontalis_inner", {10.0, 17.0}, {8.0, 56.0}, 24.0, 0.30},
-    {"occipitofrontalis_major", {34.0, 18.0}, {34.0, 58.0}, 26.0, 0.30},
-    {"occipitofrontalis_outer", {53.0, 20.0}, {58.0, 47.0}, 22.0, 0.35},
-    {"corrugator_supercilii", {20.0, 18.0}, {4.0, 6.0}, 20.0, 0.40},
-    {"depressor_anguli_oris", {27.0, -79.0}, {36.0, -108.0}, 28.0, 0.35},
-    {"depressor_labii_inferioris", {12.0, -85.0}, {18.0, -108.0}, 18.0, 0.30},
+    {"zygomaticus_major", {28.0, -77.0}, {60.0, -36.0}, 30.0, 14.0},
+    {"levator_labii_superioris_alaeque_nasi", {16.0, -43.0}, {10.0, -10.0}, 18.0, 8.0},
+    {"levator_labii_superioris", {18.0, -66.0}, {23.0, -17.0}, 22.0, 9.0},
+    {"occipitofrontalis_inner", {11.0, 17.0}, {9.0, 56.0}, 24.0, 10.0},
+    {"occipitofrontalis_major", {34.0, 18.0}, {34.0, 58.0}, 26.0, 10.0},
+    {"occipitofrontalis_outer", {53.0, 20.0}, {56.0, 50.0}, 23.0, 9.0},
+    {"corrugator_supercilii", {20.0, 18.0}, {4.0, 6.0}, 20.0, 7.0},
+    {"depressor_anguli_oris", {28.0, -79.0}, {33.0, -104.0}, 28.0, 10.0},
+    {"depressor_labii_inferioris", {12.0, -85.0}, {17.0, -106.0}, 18.0, 7.0},
 }};
 
 constexpr double kBoneDepthMm = 6.0;  // of the bone end below the skin
@@ -107,8 +107,10 @@ std::vector<Muscle> standard_muscles(const SurfaceMesh& surface,
       muscle.attachment_mm =
           frontal_point(surface, head_xy_from_canonical_xy(attachment)).position_mm;
       muscle.emergence_mm = bone.position_mm - kBoneDepthMm * bone.normal;
-      muscle.radius_mm = row.radius_mm * scale_at(head_xy_from_canonical_xy, attachment);
-      muscle.largest_shortening = row.largest_shortening;
+      const double scale = scale_at(head_xy_from_canonical_xy, attachment);
+      muscle.radius_mm = row.radius_mm * scale;
+      muscle.largest_shortening =
+          row.pull_mm * scale / (muscle.emergence_mm - muscle.attachment_mm).norm();
       muscles.push_back(std::move(muscle));
     }
   }

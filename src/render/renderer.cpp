@@ -499,7 +499,7 @@ Colour Renderer::Impl::background(float y) const {
   const float t = y / static_cast<float>(std::max(1, camera.height_px - 1));
   const Colour srgb =
       lighting.background_top + t * (lighting.background_bottom - lighting.background_top);
-  return srgb.array().pow(2.2F).matrix();
+  return srgb.cwiseProduct(srgb);  // near enough to linear light for a backdrop
 }
 
 void Renderer::Impl::see_rows(int first, int last) {
@@ -538,27 +538,38 @@ void Renderer::Impl::smooth_edges(int first, int last, const Shader& shader) {
   float x[kPacket];
   float y[kPacket];
   Hit hit[kPacket];
+  std::size_t pixels[kPacket];
+  int waiting = 0;  // pixels in the packet
+  const auto flush = [&] {
+    cast(x, y, waiting * n, hit);
+    for (int p = 0; p < waiting; ++p) {
+      Colour sum = Colour::Zero();
+      for (int i = p * n; i < (p + 1) * n; ++i) {
+        const Colour c = hit[i].triangle >= 0 ? shade(hit[i], shader) : background(y[i]);
+        sum += c.cwiseMin(1.2F);
+      }
+      picture[pixels[p]] = sum / static_cast<float>(n);
+    }
+    waiting = 0;
+  };
+  std::fill(std::begin(x), std::end(x), 0.0F);
+  std::fill(std::begin(y), std::end(y), 0.0F);
   for (int row = first; row < last; ++row) {
     for (int column = 0; column < width; ++column) {
       const std::size_t pixel = std::size_t(row) * width + column;
       if (!edge[pixel]) continue;
-      for (int i = 0; i < kPacket; ++i) {  // a turned grid: n rows and n columns, one sample each
-        const int k = std::min(i, n - 1);
-        x[i] = static_cast<float>(column) - 0.5F +
-               (static_cast<float>(k) + 0.5F) / static_cast<float>(n);
+      for (int k = 0; k < n; ++k) {  // a turned grid: n rows and n columns, one sample each
         const int turned = (k * 2 + (k * 2) / n) % n;
-        y[i] = static_cast<float>(row) - 0.5F +
-               (static_cast<float>(turned) + 0.5F) / static_cast<float>(n);
+        x[waiting * n + k] = static_cast<float>(column) - 0.5F +
+                             (static_cast<float>(k) + 0.5F) / static_cast<float>(n);
+        y[waiting * n + k] = static_cast<float>(row) - 0.5F +
+                             (static_cast<float>(turned) + 0.5F) / static_cast<float>(n);
       }
-      cast(x, y, n, hit);
-      Colour sum = Colour::Zero();
-      for (int i = 0; i < n; ++i) {
-        const Colour c = hit[i].triangle >= 0 ? shade(hit[i], shader) : background(y[i]);
-        sum += c.cwiseMin(1.2F);
-      }
-      picture[pixel] = sum / static_cast<float>(n);
+      pixels[waiting++] = pixel;
+      if ((waiting + 1) * n > kPacket) flush();
     }
   }
+  if (waiting > 0) flush();
 }
 
 void Renderer::Impl::choose_texture_level() {
@@ -608,7 +619,7 @@ void Renderer::render(const std::vector<Vec3>& skin_mm,
       if (r.hits[p].triangle < 0) return false;
       const float a = r.picture[p].y();
       const float b = r.picture[q].y();
-      return std::abs(a - b) > 0.15F * (a + b) + 0.01F;
+      return std::abs(a - b) > 0.18F * (a + b) + 0.015F;
     };
     in_parallel(height, threads, [&](int first, int last) {
       for (int row = first; row < last; ++row) {
