@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 
-#include "retarget/retarget.h"
 #include "src/base/check.h"
 
 namespace zygoma {
@@ -225,16 +224,18 @@ class Measurement {
     });
   }
 
+  // d = l u + q u^2 through a settled strong contraction; not the full one, which folds tissue.
   void measure_saturation(double overlap) {
+    constexpr double kStrong = 0.6;
     const int num_muscles = response_.num_muscles();
     const Eigen::MatrixXd motion = motion_per_node(response_.linear_mm, num_muscles);
     for (const std::vector<int>& group : group_muscles(motion, overlap)) {
       Controls controls;
       controls.contraction.assign(response_.muscles.size(), 0.0);
-      for (const int i : group) controls.contraction[static_cast<std::size_t>(i)] = 1.0;
+      for (const int i : group) controls.contraction[static_cast<std::size_t>(i)] = kStrong;
       FaceState state = rest_;
       if (!settle(controls, state)) continue;
-      const Eigen::VectorXd excess = beyond_linear(state, controls);
+      const Eigen::VectorXd excess = beyond_linear(state, controls) / (kStrong * kStrong);
       for (int k = 0; k < kNumNodes; ++k) {
         double total = 0.0;
         for (const int i : group) total += motion(k, i);
@@ -286,14 +287,6 @@ void ResponseOptions::check() const {
 FaceResponse measure_response(Simulator& face, const ResponseOptions& options) {
   options.check();
   return Measurement(face, options).run(options);
-}
-
-ContractionTrack retarget(const std::vector<ContourSet>& contours,
-                          Simulator& face,
-                          const RetargetOptions& options,
-                          RetargetReport& report,
-                          const StopQuestion& stop) {
-  return retarget(contours, measure_response(face), options, report, stop);
 }
 
 }  // namespace zygoma

@@ -92,7 +92,7 @@ struct Scene {
       if (jacobian != nullptr) (*jacobian)(row, column) = slope;
     };
     for (int i = 0; i < n; ++i) {
-      put(i, i, x[i] / options.ridge_sigma, 1.0 / options.ridge_sigma);
+      put(i, i, (x[i] + options.rest_pull) / options.ridge_sigma, 1.0 / options.ridge_sigma);
       const double mean = time_weight > 0.0 ? time.mean[i] : 0.0;
       put(n + i, i, time_weight * (x[i] - mean), time_weight);
     }
@@ -293,8 +293,8 @@ bool Refiner::Impl::solve_free(const std::vector<int>& held) {
   options.linear_solver_type = ceres::DENSE_QR;
   // Steps that run into a new bound creep; look at the held set again before they cost much.
   options.max_num_iterations = std::min(6, scene.options.max_iterations - iterations);
-  options.function_tolerance = 1e-6;
-  options.parameter_tolerance = 1e-6;
+  options.function_tolerance = 1e-4;
+  options.parameter_tolerance = 1e-4;
   options.gradient_tolerance = 1e-8;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
@@ -372,6 +372,7 @@ void RefineOptions::check() const {
   };
   within("outlier_sigmas", outlier_sigmas, 1.0, 100.0);
   within("ridge_sigma", ridge_sigma, 0.05, 100.0);
+  within("rest_pull", rest_pull, 0.0, 1.0);
   within("antagonist_sigma", antagonist_sigma, 0.01, 100.0);
   within("head_scale_sigma", head_scale_sigma, 1e-4, 1.0);
   within("head_shift_sigma_mm", head_shift_sigma_mm, 0.01, 100.0);

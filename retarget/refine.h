@@ -4,7 +4,7 @@
 // head's similarity and w = (yaw, pitch) a small turn of the head out of the picture, minimises
 //
 //   sum_k rho( || W_k ( (1 + A(h)) y_k + t - n_k - d_k(u) - T_k w ) ||^2 )
-//     + ||(u) / s_ridge||^2 + ||(u - u_time) / s_time||^2 + ||(h, w) / s_head||^2
+//     + ||(u + u_rest) / s_ridge||^2 + ||(u - u_time) / s_time||^2 + ||(h, w) / s_head||^2
 //     + sum_pairs (u_a u_b / s_pair)^2
 //
 // where y_k is node k of the frame (mm of the model, first guess of the head taken off), n_k the
@@ -27,15 +27,17 @@
 namespace zygoma {
 
 struct RefineOptions {
-  double outlier_sigmas = 3.0;        // [1, 100]; small: strong expressions fade as outliers
-  double ridge_sigma = 0.8;           // [0.05, 100]; small: everything shrinks towards rest
-  double antagonist_sigma = 0.15;     // [0.01, 100]; small: brow raisers and lowerers exclude each
-                                      // other even where the performer uses both
-  double head_scale_sigma = 0.02;     // also of the roll, in rad; [1e-4, 1]
-  double head_shift_sigma_mm = 2.0;   // [0.01, 100]
-  double head_turn_sigma_rad = 0.05;  // yaw and pitch; [1e-4, 1]; large: turns explain expressions
-  double independent_nodes = 3.0;     // how many of a contour's nodes err independently; [1, 9]
-  int max_iterations = 40;            // over all rounds of the active set; [1, 1000]
+  double outlier_sigmas = 3.0;       // [1, 100]; small: strong expressions fade as outliers
+  double ridge_sigma = 0.8;          // [0.05, 100]; small: everything shrinks towards rest
+  double rest_pull = 0.15;           // [0, 1]; the ridge is centred this far below 0, so that small
+                                     // contractions need evidence; large: weak expressions are lost
+  double antagonist_sigma = 0.15;    // [0.01, 100]; small: brow raisers and lowerers exclude each
+                                     // other even where the performer uses both
+  double head_scale_sigma = 0.05;    // also of the roll, in rad; [1e-4, 1]
+  double head_shift_sigma_mm = 5.0;  // [0.01, 100]
+  double head_turn_sigma_rad = 0.1;  // yaw and pitch; [1e-4, 1]; large: turns explain expressions
+  double independent_nodes = 3.0;    // how many of a contour's nodes err independently; [1, 9]
+  int max_iterations = 40;           // over all rounds of the active set; [1, 1000]
 
   void check() const;
 };

@@ -147,6 +147,7 @@ void PerformerOptions::check() const {
   require_range("noise_grey_levels", noise_grey_levels, 0.0, 40.0);
   require_range("sway", sway, 0.0, 3.0);
   require_range("num_threads", num_threads, 1, 256);
+  require_range("num_surface_vertices", num_surface_vertices, 300, 4000);
   make_schedule(schedule, duration_s, seed);  // names an unknown schedule
 }
 
@@ -203,9 +204,20 @@ Contractions Performer::Impl::act(double time_s) {
   for (std::size_t i = 0; i < muscles.size(); ++i) {
     truth.value.push_back(schedule.value_at(muscles[i], time_s));
   }
-  controls.contraction = truth.value;
-  controls.jaw_rad = truth.jaw * anatomy->jaw.full_rad;
-  simulator.settle(controls, state);
+  const double jaw_rad = truth.jaw * anatomy->jaw.full_rad;
+  if (controls.contraction != truth.value || controls.jaw_rad != jaw_rad) {
+    controls.contraction = truth.value;
+    controls.jaw_rad = jaw_rad;
+    // Rest is known exactly; a settle would stop a tolerance short of it.
+    const bool at_rest =
+        jaw_rad == 0.0 &&
+        std::all_of(truth.value.begin(), truth.value.end(), [](double c) { return c == 0.0; });
+    if (at_rest) {
+      state = simulator.rest();
+    } else {
+      simulator.settle(controls, state);
+    }
+  }
   embed_skin(*anatomy, state, skin_mm);
   return truth;
 }
@@ -218,8 +230,11 @@ Camera Performer::Impl::camera_at(double time_s) const {
 
 Performer::Performer(const PerformerOptions& options) {
   options.check();
+  HeadOptions head;
+  head.num_surface_vertices = options.num_surface_vertices;
   impl_ = std::make_unique<Impl>(
-      options, std::make_shared<const Anatomy>(make_generic_head(draw_identity(options.seed))));
+      options,
+      std::make_shared<const Anatomy>(make_generic_head(draw_identity(options.seed), head)));
 }
 
 Performer::~Performer() = default;

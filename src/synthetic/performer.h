@@ -24,6 +24,7 @@ struct PerformerOptions {
   double noise_grey_levels = 2.0;  // standard deviation of the camera noise, [0, 40]
   double sway = 1.0;               // 0: the head is still
   int num_threads = 2;
+  int num_surface_vertices = 700;  // of the performer's own lattice, [300, 4000]; few: fast, coarse
 
   void check() const;
 };
