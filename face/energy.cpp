@@ -39,33 +39,40 @@ FaceEnergy::FaceEnergy(const Anatomy& anatomy, Lattice lattice, const EnergyOpti
     : anatomy_(anatomy), lattice_(std::move(lattice)), options_(options) {
   muscles_ = make_muscle_field(anatomy_, lattice_);
   find_flaps();
-  hold_of_column_.assign(lattice_.num_columns, -1);
-  for (int v = 0; v < lattice_.num_columns; ++v) {
-    const double share = muscles_.hold[v] + options_.slip_hold_ratio * flap_[v];
-    if (share <= 0.0) continue;
-    Hold hold;
-    hold.node = lattice_.fascia_node(v);
-    hold.stiffness = options_.muscle_hold_kpa_per_mm * lattice_.area_mm2[v] * share;
-    hold_of_column_[v] = static_cast<int>(holds_.size());
-    holds_.push_back(hold);
-  }
+  find_holds();
   find_slots();
   smooth_mandible_weight();
   set_controls(std::vector<double>(anatomy_.muscles.size(), 0.0), 0.0);
+}
+
+void FaceEnergy::find_holds() {
+  for (int v = 0; v < lattice_.num_columns; ++v) {
+    holds_begin_.push_back(static_cast<int>(holds_.size()));
+    const double share = muscles_.hold[v] + options_.slip_hold_ratio * flap_[v];
+    if (share <= 0.0) continue;
+    const double stiffness = options_.muscle_hold_kpa_per_mm * lattice_.area_mm2[v] * share;
+    for (int node = lattice_.fascia_node(v); node >= 0; node -= lattice_.num_columns) {
+      holds_.push_back({node, stiffness, Vec3::Zero()});
+      if (!lattice_.is_thin(v)) break;
+    }
+  }
+  holds_begin_.push_back(static_cast<int>(holds_.size()));
 }
 
 void FaceEnergy::set_controls(const std::vector<double>& contraction, double jaw_rad) {
   assert(contraction.size() == anatomy_.muscles.size());
   jaw_rad_ = jaw_rad;
   jaw_motion_ = open_from_closed(anatomy_.jaw, jaw_rad);
-  for (Hold& hold : holds_) hold.pull_mm.setZero();
+  pull_mm_.assign(lattice_.num_columns, Vec3::Zero());
   for (std::size_t m = 0; m < contraction.size(); ++m) {
     if (contraction[m] == 0.0) continue;
     for (const MusclePull& pull : muscles_.pulls[m]) {
-      holds_[hold_of_column_[pull.column]].pull_mm += contraction[m] * pull.displacement_mm;
+      pull_mm_[pull.column] += contraction[m] * pull.displacement_mm;
     }
   }
-  for (Hold& hold : holds_) hold.target_mm = carried(hold.node) + hold.pull_mm;
+  for (Hold& hold : holds_) {
+    hold.target_mm = carried(hold.node) + pull_mm_[hold.node % lattice_.num_columns];
+  }
 }
 
 // 1 on lips and lids, fading with the distance along the skin.
@@ -109,7 +116,7 @@ void FaceEnergy::place_bone(std::vector<Vec3>& x) const {
   for (int v = 0; v < lattice_.num_columns; ++v) {
     Vec3& bone = x[lattice_.bone_node(v)];
     bone = carried(lattice_.bone_node(v));
-    if (hold_of_column_[v] >= 0) bone += floor_slip(v) * holds_[hold_of_column_[v]].pull_mm;
+    bone += floor_slip(v) * pull_mm_[v];
   }
 }
 
@@ -291,8 +298,9 @@ Eigen::MatrixXd FaceEnergy::control_forces(const std::vector<Vec3>& x) const {
     }
     forces.col(m) = -hessian_times(x, bone_motion);
     for (const MusclePull& pull : muscles_.pulls[m]) {
-      const Hold& hold = holds_[hold_of_column_[pull.column]];
-      forces.block<3, 1>(3 * hold.node, m) += hold.stiffness * pull.displacement_mm;
+      for (int k = holds_begin_[pull.column]; k < holds_begin_[pull.column + 1]; ++k) {
+        forces.block<3, 1>(3 * holds_[k].node, m) += holds_[k].stiffness * pull.displacement_mm;
+      }
       bone_motion[lattice_.bone_node(pull.column)].setZero();
     }
   }
@@ -313,7 +321,7 @@ Eigen::MatrixXd FaceEnergy::control_forces(const std::vector<Vec3>& x) const {
 double FaceEnergy::largest_muscle_force() const {
   double largest = 0.0;
   for (const Hold& hold : holds_) {
-    largest = std::max(largest, hold.stiffness * hold.pull_mm.norm());
+    largest = std::max(largest, hold.stiffness * pull_mm_[hold.node % lattice_.num_columns].norm());
   }
   return largest;
 }

@@ -78,10 +78,9 @@ class FaceEnergy {
   VolumeReport volumes(const std::vector<Vec3>& x) const;
 
  private:
-  struct Hold {  // of one fascia node
+  struct Hold {  // of one node: of the fascia, and of all above it where the tissue is thin
     int node = 0;
     double stiffness = 0.0;
-    Vec3 pull_mm = Vec3::Zero();  // sum_i c_i s_i b_ij m_ij
     Vec3 target_mm = Vec3::Zero();
   };
   // Where the 3x3 pieces of a spring and of a prism go in a ColumnMatrix; -1 = bone, no unknown.
@@ -101,6 +100,7 @@ class FaceEnergy {
     return options_.slip_elsewhere + (1.0 - options_.slip_elsewhere) * flap_[column];
   }
   void find_flaps();
+  void find_holds();
   void smooth_mandible_weight();
   Jet prism_jet(const Prism& prism, double volume) const;
   int slot(int row_node, int column_node, bool& first_is_row) const;
@@ -111,7 +111,8 @@ class FaceEnergy {
   EnergyOptions options_;
   MuscleField muscles_;
   std::vector<Hold> holds_;
-  std::vector<int> hold_of_column_;      // -1 = out of every muscle's reach
+  std::vector<int> holds_begin_;         // per column, and one more: its range in holds_
+  std::vector<Vec3> pull_mm_;            // per column: sum_i c_i s_i b_ij m_ij
   std::vector<double> flap_;             // per column, 1 on lips and lids, fading to 0
   std::vector<double> mandible_weight_;  // per column
   std::vector<SpringSlots> spring_slots_;

@@ -162,8 +162,8 @@ void fit_depth(const SurfaceMesh& surface, const LatticeOptions& options, Lattic
     int failing = -1;
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
       const Triangle& tri = surface.triangles[t];
-      const double mean_depth =
-          (lattice.depth_mm[tri[0]] + lattice.depth_mm[tri[1]] + lattice.depth_mm[tri[2]]) / 3.0;
+      const double mean_depth = lattice.mean_depth_mm(tri);
+      if (mean_depth < Lattice::kThinMm) continue;  // will have no volume to keep
       double upper_share = 0.0;
       for (int layer = 0; layer + 1 < lattice.num_node_layers; ++layer) {
         const double share = options.layers[layer].bottom_share - upper_share;
@@ -207,14 +207,20 @@ void add_prisms(const SurfaceMesh& surface, const LatticeOptions& options, Latti
                     lower + tri[0],
                     lower + tri[1],
                     lower + tri[2]};
-      PrismCorners unused;
-      prism.rest_mm3 = prism_volume(prism_at_rest(lattice, tri, layer), unused);
+      const double depth = lattice.mean_depth_mm(tri);
+      if (depth < Lattice::kThinMm) {
+        // Stands for its share of tissue in the springs only; erased when they are made.
+        const double share =
+            tissue.bottom_share - (layer > 0 ? options.layers[layer - 1].bottom_share : 0.0);
+        prism.rest_mm3 = area_vector(surface, tri).norm() * share * depth;
+      } else {
+        PrismCorners unused;
+        prism.rest_mm3 = prism_volume(prism_at_rest(lattice, tri, layer), unused);
+        prism.bulk_kpa = softening(depth) * tissue.bulk_ratio * tissue.modulus_kpa;
+      }
       require(prism.rest_mm3 > 0.0,
               "surface triangle " + std::to_string(t) + ": the tissue below it (" + tissue.name +
                   ") has no positive volume; is the mesh folded or facing inwards?");
-      const double depth =
-          (lattice.depth_mm[tri[0]] + lattice.depth_mm[tri[1]] + lattice.depth_mm[tri[2]]) / 3.0;
-      prism.bulk_kpa = softening(depth) * tissue.bulk_ratio * tissue.modulus_kpa;
       lattice.prisms.push_back(prism);
     }
   }
@@ -260,9 +266,7 @@ void add_springs(const SurfaceMesh& surface, const LatticeOptions& options, Latt
     const TissueLayer& tissue = options.layers[p / num_triangles];
     const double volume = prism.rest_mm3 / kSpringsPerPrism;
     const Triangle& tri = surface.triangles[p % num_triangles];
-    const double depth =
-        (lattice.depth_mm[tri[0]] + lattice.depth_mm[tri[1]] + lattice.depth_mm[tri[2]]) / 3.0;
-    const double modulus = softening(depth) * tissue.modulus_kpa;
+    const double modulus = softening(lattice.mean_depth_mm(tri)) * tissue.modulus_kpa;
     const auto add = [&](int a, int b) {
       collector.add(prism.node[a], prism.node[b], volume, modulus, tissue.stiff_ratio);
     };
@@ -349,6 +353,7 @@ Lattice make_lattice(const Anatomy& anatomy, const LatticeOptions& options) {
   fit_depth(anatomy.surface, options, lattice);
   add_prisms(anatomy.surface, options, lattice);
   add_springs(anatomy.surface, options, lattice);
+  std::erase_if(lattice.prisms, [](const Prism& prism) { return prism.bulk_kpa == 0.0; });
   return lattice;
 }
 

@@ -61,6 +61,13 @@ struct Lattice {
   std::vector<std::array<int, 2>> edges;    // of the surface, first < second
   std::vector<std::vector<int>> neighbors;  // columns next to a column, ascending
 
+  // Too thin for volume to mean anything: no prisms there, and muscles hold it throughout.
+  bool is_thin(int column) const { return depth_mm[column] < kThinMm; }
+  static constexpr double kThinMm = 1.5;
+  double mean_depth_mm(const Triangle& t) const {
+    return (depth_mm[t[0]] + depth_mm[t[1]] + depth_mm[t[2]]) / 3.0;
+  }
+
   int num_free_nodes() const { return (num_node_layers - 1) * num_columns; }
   int fascia_node(int column) const { return (num_node_layers - 2) * num_columns + column; }
   int bone_node(int column) const { return num_free_nodes() + column; }

@@ -1,26 +1,33 @@
 #include "face/tissue.h"
 
+#include <algorithm>
+
 namespace zygoma {
 namespace {
 
 constexpr double kSofteningShare = 1e-3;  // eps / L
 constexpr double kCriticalShare = 0.15;   // e_c / L
 constexpr double kBandShare = 0.02;       // d / L
-constexpr double kShortestMm = 1e-6;  // a spring between coincident nodes keeps a finite Hessian
+constexpr double kSlackRatio = 0.1;       // alpha_c / alpha
+constexpr double kSlackBandShare = 0.03;  // d_c / L
+constexpr double kSofteningMm = 0.3;      // eps is at least this: a shorter spring turns around at
+                                          // the least push, which no step of a solver can follow
 
 }  // namespace
 
 Spring make_spring(int i, int j, const Vec3& xi, const Vec3& xj, double alpha, double stiff_ratio) {
   const Vec3 r = xj - xi;
   const double length = r.norm();
-  const double softening = kSofteningShare * (length > kShortestMm ? length : 1.0);
+  const double softening = std::max(kSofteningShare * length, kSofteningMm);
   Spring spring{i, j, softening * softening, 0.0, {}};
   // The very expression of spring_energy, so that the force at rest is exactly zero.
   spring.rest_mm = std::sqrt(r.squaredNorm() + spring.softening_mm2);
   spring.law = {alpha,
                 alpha * (stiff_ratio - 1.0),
                 kCriticalShare * spring.rest_mm,
-                kBandShare * spring.rest_mm};
+                kBandShare * spring.rest_mm,
+                alpha * (1.0 - kSlackRatio),
+                kSlackBandShare * spring.rest_mm};
   return spring;
 }
 

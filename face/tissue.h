@@ -7,7 +7,10 @@
 //
 //   k = alpha + (beta - alpha) (3 t^2 - 2 t^3),   f = alpha e + (beta - alpha) 2d (t^3 - t^4 / 2)
 //
-// so force is C2 in e and equals the continuous law outside of the band. A spring's length is
+// so force is C2 in e and equals the continuous law outside of the band. In compression collagen
+// fibres buckle and carry next to nothing, which leaves the resistance to the volume term: the
+// stiffness falls from alpha to alpha_c by the same cubic over [-2 d_c, 0]. Without that a lattice
+// of springs buckles itself, node against node, into one of many states. A spring's length is
 // measured as sqrt(r.r + eps^2), which keeps a spring of length zero finite.
 #pragma once
 
@@ -18,10 +21,12 @@
 namespace zygoma {
 
 struct BiphasicLaw {
-  double alpha = 0.0;        // stiffness at small elongation, mN/mm
-  double stiffening = 0.0;   // beta - alpha; 0 = single phase
-  double critical_mm = 0.0;  // e_c
-  double band_mm = 0.0;      // d, half width of the transition, > 0 if stiffening > 0
+  double alpha = 0.0;          // stiffness at small elongation, mN/mm
+  double stiffening = 0.0;     // beta - alpha; 0 = single phase
+  double critical_mm = 0.0;    // e_c
+  double band_mm = 0.0;        // d, half width of the transition, > 0 if stiffening > 0
+  double slackening = 0.0;     // alpha - alpha_c, loss of stiffness in compression; 0 = none
+  double slack_band_mm = 0.0;  // half width of that transition, > 0 if slackening > 0
 };
 
 struct SpringResponse {
@@ -30,23 +35,32 @@ struct SpringResponse {
   double stiffness = 0.0;  // d force / d elongation
 };
 
+// A change of stiffness by 1 that sets in at `past` = 0, smoothed over [-d, d].
+inline SpringResponse smooth_kink(double past, double d) {
+  if (past <= -d) return {};
+  if (past >= d) return {0.5 * past * past + 0.1 * d * d, past, 1.0};
+  const double t = (past + d) / (2.0 * d);
+  const double t3 = t * t * t;
+  return {4.0 * d * d * t3 * t * (0.25 - 0.1 * t),
+          2.0 * d * t3 * (1.0 - 0.5 * t),
+          t * t * (3.0 - 2.0 * t)};
+}
+
 inline SpringResponse respond(const BiphasicLaw& law, double elongation_mm) {
   const double e = elongation_mm;
   SpringResponse r{0.5 * law.alpha * e * e, law.alpha * e, law.alpha};
-  const double past = e - law.critical_mm;
-  const double d = law.band_mm;
-  if (law.stiffening == 0.0 || past <= -d) return r;
-  if (past >= d) {
-    r.energy += law.stiffening * (0.5 * past * past + 0.1 * d * d);
-    r.force += law.stiffening * past;
-    r.stiffness += law.stiffening;
-    return r;
+  if (law.stiffening > 0.0 && e > law.critical_mm - law.band_mm) {
+    const SpringResponse kink = smooth_kink(e - law.critical_mm, law.band_mm);
+    r.energy += law.stiffening * kink.energy;
+    r.force += law.stiffening * kink.force;
+    r.stiffness += law.stiffening * kink.stiffness;
   }
-  const double t = (past + d) / (2.0 * d);
-  const double t3 = t * t * t;
-  r.energy += law.stiffening * 4.0 * d * d * t3 * t * (0.25 - 0.1 * t);
-  r.force += law.stiffening * 2.0 * d * t3 * (1.0 - 0.5 * t);
-  r.stiffness += law.stiffening * t * t * (3.0 - 2.0 * t);
+  if (law.slackening > 0.0 && e < 0.0) {
+    const SpringResponse kink = smooth_kink(-e - law.slack_band_mm, law.slack_band_mm);
+    r.energy -= law.slackening * kink.energy;
+    r.force += law.slackening * kink.force;
+    r.stiffness -= law.slackening * kink.stiffness;
+  }
   return r;
 }
 

@@ -13,9 +13,11 @@ constexpr std::size_t kHistory = 8;     // pairs kept by L-BFGS
 constexpr int kTrialSteps = 14;         // halvings of one line search
 constexpr double kLongestMoveMm = 6.0;  // of a node in one step
 constexpr double kArmijo = 1e-4;
-constexpr double kSlowShrink = 0.55;  // of the gradient per step: worse asks for a new factor
-constexpr int kTiredAfter = 7;        // steps of one solve on an old factor
-constexpr int kFreshSteps = 2;        // a new factor gets at least these before it is judged
+constexpr double kSmallestShift = 2.5e-4;  // of the mean diagonal; less is none
+constexpr double kSlowShrink = 0.8;        // of the gradient per step: worse asks for a new factor
+constexpr int kTiredAfter = 12;            // steps of one solve on an old factor
+constexpr int kMostSteps = 20;  // on one factor: a new one costs as much as about 20 steps
+constexpr int kFreshSteps = 2;  // a new factor gets at least these before it is judged
 
 double largest_force(const VectorXd& gradient) {
   double largest2 = 0.0;
@@ -36,24 +38,28 @@ EquilibriumSolver::EquilibriumSolver(const FaceEnergy& energy)
       hessian_(energy.make_pattern()),
       factor_(surface_part(energy.lattice().rest_mm, energy.lattice().num_columns), hessian_) {}
 
-double EquilibriumSolver::factor_at(const std::vector<Vec3>& x, Factor& factor) {
+double EquilibriumSolver::factor_at(const std::vector<Vec3>& x,
+                                    Factor& factor,
+                                    double first_shift) {
   energy_.hessian(x, hessian_);
-  if (factor.compute(hessian_, 0.0)) return 0.0;
   double mean_diagonal = 0.0;
   for (int v = 0; v < hessian_.num_columns; ++v) {
     mean_diagonal += hessian_.diagonal(v).diagonal().cwiseAbs().mean();
   }
   mean_diagonal /= hessian_.num_columns;
-  double shift = 1e-3 * mean_diagonal;
+  const double smallest_shift = kSmallestShift * mean_diagonal;
+  double shift = first_shift < smallest_shift ? 0.0 : first_shift;
   while (!factor.compute(hessian_, shift)) {
-    shift *= 4.0;
+    shift = std::max(4.0 * smallest_shift, 4.0 * shift);
     assert(std::isfinite(shift));
   }
   return shift;
 }
 
-void EquilibriumSolver::refactor(const std::vector<Vec3>& x, EquilibriumReport& report) {
-  factor_at(x, factor_);
+void EquilibriumSolver::refactor(const std::vector<Vec3>& x,
+                                 double first_shift,
+                                 EquilibriumReport& report) {
+  shift_ = factor_at(x, factor_, first_shift);
   have_factor_ = true;
   factor_tired_ = false;
   history_.clear();
@@ -62,7 +68,7 @@ void EquilibriumSolver::refactor(const std::vector<Vec3>& x, EquilibriumReport& 
 
 void EquilibriumSolver::prepare(const std::vector<Vec3>& x) {
   EquilibriumReport unused;
-  refactor(x, unused);
+  refactor(x, 0.0, unused);
 }
 
 VectorXd EquilibriumSolver::direction(const VectorXd& gradient) const {
@@ -123,17 +129,19 @@ EquilibriumReport EquilibriumSolver::solve(std::vector<Vec3>& x,
   int steps_on_factor = 0;
   int steps_on_old_factor = 0;
   int slow_steps = 0;
+  double taken = 0.0;
   while (true) {
     report.residual_mn = largest_force(gradient_);
     report.converged = report.residual_mn <= tolerance_mn;
     if (report.converged || report.iterations >= max_iterations) break;
     if (wants_factor) {
-      refactor(x, report);
+      // Where a shift was needed and steps are still cut short, the Hessian here will want one too:
+      // a failed attempt costs as much as a good one.
+      refactor(x, taken < 1.0 ? 0.5 * shift_ : 0.0, report);
       wants_factor = false;
       steps_on_factor = slow_steps = 0;
     }
     const double before = gradient_.norm();
-    double taken = 0.0;
     if (!search(x, direction(gradient_), taken)) {
       if (report.factorisations > 0 && steps_on_factor == 0) break;  // Newton's own direction fails
       wants_factor = true;
@@ -143,7 +151,8 @@ EquilibriumReport EquilibriumSolver::solve(std::vector<Vec3>& x,
     ++steps_on_factor;
     if (report.factorisations == 0) ++steps_on_old_factor;
     slow_steps = gradient_.norm() > kSlowShrink * before ? slow_steps + 1 : 0;
-    wants_factor = steps_on_factor >= kFreshSteps && (slow_steps >= 2 || taken < 0.5);
+    wants_factor = steps_on_factor >= kFreshSteps &&
+                   (slow_steps >= 4 || taken < 0.1 || steps_on_factor >= kMostSteps);
   }
   factor_tired_ = steps_on_old_factor > kTiredAfter;
   return report;

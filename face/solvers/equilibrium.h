@@ -42,8 +42,9 @@ class EquilibriumSolver {
   // point reached, never worse in energy than where it started.
   EquilibriumReport solve(std::vector<Vec3>& x, double tolerance_mn, int max_iterations);
 
-  // Factors the exact Hessian at x, shifted if it is not positive definite; returns the shift.
-  double factor_at(const std::vector<Vec3>& x, Factor& factor);
+  // Factors the exact Hessian at x, shifted if it is not positive definite; returns the shift. The
+  // attempts begin with first_shift.
+  double factor_at(const std::vector<Vec3>& x, Factor& factor, double first_shift = 0.0);
 
   const Factor& factor() const { return factor_; }
 
@@ -54,7 +55,7 @@ class EquilibriumSolver {
     double inverse_curvature = 0.0;
   };
 
-  void refactor(const std::vector<Vec3>& x, EquilibriumReport& report);
+  void refactor(const std::vector<Vec3>& x, double first_shift, EquilibriumReport& report);
   Eigen::VectorXd direction(const Eigen::VectorXd& gradient) const;
   bool search(std::vector<Vec3>& x, const Eigen::VectorXd& d, double& taken);
   void remember(const Eigen::VectorXd& step, const Eigen::VectorXd& change);
@@ -63,6 +64,7 @@ class EquilibriumSolver {
   ColumnMatrix hessian_;
   Factor factor_;
   bool have_factor_ = false;
+  double shift_ = 0.0;         // that it was factored with
   bool factor_tired_ = false;  // the last solve needed many steps on it
   std::deque<Pair> history_;
   // The point the loop stands on.

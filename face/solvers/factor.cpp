@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cassert>
 
+#include "face/solvers/dense.h"
+
 namespace zygoma {
 namespace {
 
@@ -199,16 +201,10 @@ bool Factor::compute(const ColumnMatrix& h, double shift) {
     const Eigen::Index own = front.panel.cols();
     const Eigen::Index rest = front.panel.rows() - own;
     if (own == 0) continue;  // the seam of two pieces that do not touch
-    Eigen::Ref<MatrixXd> diagonal = front.panel.topRows(own);
-    const Eigen::LLT<Eigen::Ref<MatrixXd>, Eigen::Lower> llt(diagonal);
-    if (llt.info() != Eigen::Success) return false;
+    if (!dense_cholesky(front.panel.topRows(own))) return false;
     if (rest == 0) continue;
-    auto below = front.panel.bottomRows(rest);
-    front.panel.topRows(own)
-        .triangularView<Eigen::Lower>()
-        .transpose()
-        .solveInPlace<Eigen::OnTheRight>(below);
-    front.update.selfadjointView<Eigen::Lower>().rankUpdate(below, -1.0);
+    dense_solve_right(front.panel.topRows(own), front.panel.bottomRows(rest));
+    dense_subtract_square(front.panel.bottomRows(rest), front.update);
   }
   return true;
 }

@@ -39,13 +39,14 @@ class Random {
 };
 
 TEST(Spring, StretchedPullsItsEndsTogetherCompressedPushesThemApart) {
-  const Spring spring = make_spring(0, 1, Vec3::Zero(), Vec3(2.0, 0.0, 0.0), 3.0, 4.0);
+  const Spring spring = make_spring(0, 1, Vec3::Zero(), Vec3(20.0, 0.0, 0.0), 3.0, 4.0);
   Vec3 at_end;  // d(energy)/d(xj); the force on j is minus that
-  spring_energy(spring, Vec3(2.2, 0.0, 0.0), at_end);
-  EXPECT_NEAR(-at_end.x(), -3.0 * 0.2, 1e-5);
-  spring_energy(spring, Vec3(1.8, 0.0, 0.0), at_end);
-  EXPECT_NEAR(-at_end.x(), 3.0 * 0.2, 1e-5);
-  spring_energy(spring, Vec3(2.0, 0.0, 0.0), at_end);
+  spring_energy(spring, Vec3(22.0, 0.0, 0.0), at_end);
+  EXPECT_NEAR(-at_end.x(), -3.0 * 2.0, 1e-3 * 6.0);
+  spring_energy(spring, Vec3(18.0, 0.0, 0.0), at_end);
+  EXPECT_GT(-at_end.x(), 0.0);
+  EXPECT_LT(-at_end.x(), 0.5 * 3.0 * 2.0) << "collagen in compression is slack";
+  spring_energy(spring, Vec3(20.0, 0.0, 0.0), at_end);
   EXPECT_EQ(at_end, Vec3::Zero());
 }
 
@@ -56,6 +57,25 @@ TEST(Spring, BiphasicForceIsTheContinuousLawOutsideTheBand) {
   EXPECT_DOUBLE_EQ(respond(law, 0.5).stiffness, 8.0);
   // Energy and stiffness are integral and derivative of the force, also across the band.
   for (double e = 0.2; e < 0.4; e += 0.003) {
+    const double h = 1e-5;
+    EXPECT_NEAR((respond(law, e + h).energy - respond(law, e - h).energy) / (2 * h),
+                respond(law, e).force,
+                1e-8);
+    EXPECT_NEAR((respond(law, e + h).force - respond(law, e - h).force) / (2 * h),
+                respond(law, e).stiffness,
+                2e-6);
+  }
+}
+
+TEST(Spring, ForceFallsToTheSlackStiffnessInCompression) {
+  const BiphasicLaw law{2.0, 0.0, 0.0, 0.0, 1.8, 0.05};
+  EXPECT_DOUBLE_EQ(respond(law, 0.1).force, 0.2);
+  EXPECT_DOUBLE_EQ(respond(law, 0.0).force, 0.0);
+  EXPECT_DOUBLE_EQ(respond(law, 0.0).stiffness, 2.0);
+  // Below the band: the force that the band itself took, then alpha_c.
+  EXPECT_NEAR(respond(law, -0.5).stiffness, 0.2, 1e-12);
+  EXPECT_NEAR(respond(law, -0.5).force, -2.0 * 0.05 - 0.2 * 0.45, 1e-12);
+  for (double e = -0.2; e < 0.05; e += 0.003) {
     const double h = 1e-5;
     EXPECT_NEAR((respond(law, e + h).energy - respond(law, e - h).energy) / (2 * h),
                 respond(law, e).force,
