@@ -25,11 +25,11 @@ class RetargetCommand : public Command {
     face_.declare(options);
   }
   int run(RunContext& context) override {
-    prepare_output_folder(folder_);
     const std::vector<ContourSet> contours = read_contours_csv(contours_path_);
+    const OutputFolder folder(folder_);
     AssembledFace face = face_.assemble();
     const Retargeted result = retargeting_.retarget(contours, face.simulator, context);
-    write_contractions_csv(folder_ + "/contractions.csv", result.track);
+    write_contractions_csv(folder / "contractions.csv", result.track);
 
     Session session = begin_session(name(), context);
     session.source.file = contours_path_;
@@ -38,10 +38,10 @@ class RetargetCommand : public Command {
     session.neutral_frame = result.report.neutral_frame;
     session.stopped_early = result.track.frames.size() < contours.size();
     session.stages.push_back(stage_of(result.report, result.figures));
-    write_session(folder_ + "/session.json", session);
+    write_session(folder / "session.json", session);
     for (const std::string& remark : remarks(result.report)) context.progress.note(remark);
     context.out << result.track.frames.size()
-                << " frames estimated: " << folder_ + "/contractions.csv" << '\n';
+                << " frames estimated: " << folder / "contractions.csv" << '\n';
     return 0;
   }
 

@@ -35,42 +35,46 @@ class RunCommand : public Command {
 
   int run(RunContext& context) override {
     const Stopwatch watch;
-    prepare_output_folder(folder_);
     read_truth();
+    const OutputFolder folder(folder_);
     Session session = begin_session(name(), context);
 
     const TrackedVideo tracked = tracking_.track(video_path_, context);
-    write_contours_csv(folder_ + "/contours.csv", tracked.contours);
+    write_contours_csv(folder / "contours.csv", tracked.contours);
     session.source = source_of(tracked);
     session.stages.push_back(stage_of(tracked));
     std::vector<std::string> notes = remarks(tracked);
 
-    if (!tracked.stopped) {
+    bool stopped = tracked.stopped;
+    if (!stopped) {
       AssembledFace face = face_.assemble();
       const Retargeted retargeted =
           retargeting_.retarget(tracked.contours, face.simulator, context);
-      write_contractions_csv(folder_ + "/contractions.csv", retargeted.track);
+      write_contractions_csv(folder / "contractions.csv", retargeted.track);
       session.muscles = retargeted.track.muscles;
       session.neutral_frame = retargeted.report.neutral_frame;
       session.stages.push_back(stage_of(retargeted.report, retargeted.figures));
       append(notes, remarks(retargeted.report));
-
-      const AnimationReport animation = animate_face(retargeted.track,
-                                                     face.simulator,
-                                                     face.anatomy,
-                                                     Performance{video_path_, tracked.contours},
-                                                     folder_ + "/reconstruction.mp4",
-                                                     animation_.animate_options(),
-                                                     context.progress,
-                                                     context.stop);
-      session.stages.push_back(stage_of(animation));
-      append(notes, remarks(animation));
-      print_comparison(retargeted.track, tracked.contours, context.out);
+      stopped = context.stop();
+      if (!stopped) {
+        const AnimationReport animation = animate_face(retargeted.track,
+                                                       face.simulator,
+                                                       face.anatomy,
+                                                       Performance{video_path_, tracked.contours},
+                                                       folder / "reconstruction.mp4",
+                                                       animation_.animate_options(),
+                                                       context.progress,
+                                                       context.stop);
+        stopped = animation.stopped;
+        session.stages.push_back(stage_of(animation));
+        append(notes, remarks(animation));
+        print_comparison(retargeted.track, tracked.contours, context.out);
+      }
     }
-    session.stopped_early = context.stop();
+    session.stopped_early = stopped;
     session.stages.push_back(
         stage_of(StageFigures{"whole run", session.source.num_frames, watch.elapsed_ms()}));
-    write_session(folder_ + "/session.json", session);
+    write_session(folder / "session.json", session);
     for (const std::string& note : notes) context.progress.note(note);
     print_figures(session, tracked, context.out);
     return 0;

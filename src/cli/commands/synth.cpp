@@ -2,6 +2,7 @@
 #include <limits>
 #include <ostream>
 
+#include "src/base/check.h"
 #include "src/cli/command.h"
 #include "src/io/contours_file.h"
 #include "src/io/contractions_file.h"
@@ -44,12 +45,14 @@ class SynthCommand : public Command {
                     "H.264 quality: 18 looks perfect, every 6 more halve the file");
   }
   int run(RunContext& context) override {
-    prepare_output_folder(folder_);
+    require(!name_.empty() && name_.find('/') == std::string::npos,
+            "--name: '" + name_ + "', expected the name of a file without its folder");
+    const OutputFolder folder(folder_);
     performer_.seed = static_cast<std::uint32_t>(seed_);
     performer_.check();
     encoding_.preset = "slow";
     Performer performer(performer_);
-    VideoWriter writer(folder_ + "/" + name_ + ".mp4",
+    VideoWriter writer(folder / (name_ + ".mp4"),
                        performer_.width_px,
                        performer_.height_px,
                        performer_.frames_per_s,
@@ -70,9 +73,9 @@ class SynthCommand : public Command {
     }
     writer.finish();
     context.progress.end();
-    write_contractions_csv(folder_ + "/" + name_ + ".contractions.csv", truth);
-    write_contours_csv(folder_ + "/" + name_ + ".contours.csv", true_contours);
-    context.out << truth.frames.size() << " frames: " << folder_ + "/" + name_ + ".mp4" << '\n';
+    write_contractions_csv(folder / (name_ + ".contractions.csv"), truth);
+    write_contours_csv(folder / (name_ + ".contours.csv"), true_contours);
+    context.out << truth.frames.size() << " frames: " << folder / (name_ + ".mp4") << '\n';
     return 0;
   }
 

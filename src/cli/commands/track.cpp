@@ -24,24 +24,21 @@ class TrackCommand : public Command {
     tracking_.declare(options);
   }
   int run(RunContext& context) override {
-    prepare_output_folder(folder_);
+    const OutputFolder folder(folder_);
     const TrackedVideo tracked = tracking_.track(video_path_, context);
-    write_contours_csv(folder_ + "/contours.csv", tracked.contours);
+    write_contours_csv(folder / "contours.csv", tracked.contours);
 
     Session session = begin_session(name(), context);
     session.source = source_of(tracked);
     session.stopped_early = tracked.stopped;
     session.stages.push_back(stage_of(tracked));
     if (!no_overlay_ && !tracked.stopped) {
-      session.stages.push_back(stage_of(write_overlay_video(video_path_,
-                                                            tracked.contours,
-                                                            folder_ + "/overlay.mp4",
-                                                            context.progress,
-                                                            context.stop)));
+      session.stages.push_back(stage_of(write_overlay_video(
+          video_path_, tracked.contours, folder / "overlay.mp4", context.progress, context.stop)));
     }
-    write_session(folder_ + "/session.json", session);
+    write_session(folder / "session.json", session);
     for (const std::string& remark : remarks(tracked)) context.progress.note(remark);
-    context.out << tracked.contours.size() << " frames tracked: " << folder_ + "/contours.csv"
+    context.out << tracked.contours.size() << " frames tracked: " << folder / "contours.csv"
                 << '\n';
     return 0;
   }
