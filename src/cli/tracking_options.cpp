@@ -5,14 +5,16 @@
 namespace zygoma {
 
 void TrackingOptions::declare(OptionSink& options) {
-  options.text("--init",
-               init_path_,
-               "FILE",
-               "contours of the first frame (JSON) instead of the automatic start");
+  options.text(
+      "--init",
+      init_path_,
+      "FILE",
+      "contours of the first frame (JSON: {\"contours\": {\"brow_left\": [[x, y], ...], ...}}) "
+      "instead of the automatic start");
   options.text("--cascades",
                tracker_.cascade_folder,
                "FOLDER",
-               "OpenCV's haarcascades; default: where the packages put them");
+               "OpenCV's haarcascades (default: where its package puts them)");
 }
 
 TrackedVideo TrackingOptions::track(const std::string& video_path, RunContext& context) const {

@@ -14,9 +14,17 @@ namespace {
 class AnimateCommand : public Command {
  public:
   std::string name() const override { return "animate"; }
-  std::string help() const override {
-    return "move the physical face by contractions and film it: an MP4";
+  std::string help() const override { return "move the physical face by contractions and film it"; }
+  std::string details() const override {
+    return "Contractions may come from `zygoma run`, `retarget` or `synth`, or be written by hand: "
+           "the "
+           "columns frame, timestamp, confidence, success, head_x, head_y, head_scale, head_roll, "
+           "jaw and one per muscle.";
   }
+  std::string example() const override {
+    return "result/contractions.csv --video clip.mp4 --contours result/contours.csv -o face.mp4";
+  }
+  int rank() const override { return 4; }
   void declare(OptionSink& options) override {
     options.positional("CONTRACTIONS", contractions_path_, "contractions.csv of any command");
     options.text("-o,--output", output_, "FILE", "the video to write");

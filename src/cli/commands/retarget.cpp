@@ -15,9 +15,13 @@ namespace {
 class RetargetCommand : public Command {
  public:
   std::string name() const override { return "retarget"; }
-  std::string help() const override {
-    return "turn contours into muscle contractions: contractions.csv, session.json";
+  std::string help() const override { return "turn contours into muscle contractions"; }
+  std::string details() const override {
+    return "Writes into the folder: contractions.csv (muscles and jaw in every frame, 0 to 1, with "
+           "standard deviations and residuals) and session.json (options, versions, times).";
   }
+  std::string example() const override { return "result/contours.csv -o result"; }
+  int rank() const override { return 3; }
   void declare(OptionSink& options) override {
     options.positional("CONTOURS", contours_path_, "contours.csv of `zygoma track`");
     options.text("-o,--output", folder_, "FOLDER", "where the results go; made if missing");

@@ -19,10 +19,20 @@ class RunCommand : public Command {
  public:
   std::string name() const override { return "run"; }
   std::string help() const override {
-    return "video in, reconstructed animation out: contours, contractions, face";
+    return "a video in, muscle contractions and the animated face out: track, retarget and animate "
+           "in one";
   }
+  std::string details() const override {
+    return "Writes into the folder: contours.csv (the nine contours in every frame, pixels), "
+           "contractions.csv (muscles and jaw in every frame, 0 to 1), reconstruction.mp4 (the "
+           "video with its contours, the animated face, a bar per muscle) and session.json "
+           "(options, versions, times).";
+  }
+  std::string example() const override { return "clip.mp4 -o result"; }
+  int rank() const override { return 1; }
   void declare(OptionSink& options) override {
-    options.positional("VIDEO", video_path_, "any file FFmpeg reads, with a frontal face");
+    options.positional(
+        "VIDEO", video_path_, "any file FFmpeg reads, showing a face from the front");
     options.text("-o,--output", folder_, "FOLDER", "where the results go; made if missing");
     tracking_.declare(options);
     retargeting_.declare(options);

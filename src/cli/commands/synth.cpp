@@ -19,6 +19,13 @@ class SynthCommand : public Command {
   std::string help() const override {
     return "film a synthetic performer whose contractions and contours are known";
   }
+  std::string details() const override {
+    return "Writes into the folder: NAME.mp4, NAME.contractions.csv and NAME.contours.csv, the "
+           "last "
+           "two being the truth to compare with (`zygoma run --truth`, `--truth-contours`).";
+  }
+  std::string example() const override { return "-o performer --schedule smile --duration 3"; }
+  int rank() const override { return 5; }
   void declare(OptionSink& options) override {
     options.text("-o,--output", folder_, "FOLDER", "where the results go; made if missing");
     options.text("--name", name_, "NAME", "files are NAME.mp4, NAME.contractions.csv, ...");
@@ -38,7 +45,8 @@ class SynthCommand : public Command {
                    performer_.noise_grey_levels,
                    {0.0, 40.0},
                    "standard deviation of the camera noise in grey levels");
-    options.number("--sway", performer_.sway, {0.0, 3.0}, "head motion; 0: the head is still");
+    options.number(
+        "--sway", performer_.sway, {0.0, 3.0}, "amount of head motion; 0: the head is still");
     options.integer("--crf",
                     encoding_.constant_rate_factor,
                     {0, 51},

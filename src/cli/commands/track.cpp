@@ -15,10 +15,18 @@ class TrackCommand : public Command {
  public:
   std::string name() const override { return "track"; }
   std::string help() const override {
-    return "follow the nine contours through a video: contours.csv, overlay.mp4, session.json";
+    return "follow the nine contours of the face through a video";
   }
+  std::string details() const override {
+    return "Writes into the folder: contours.csv (frame, time, contour, node, pixels, confidence), "
+           "overlay.mp4 (the video with the contours drawn in) and session.json (options, "
+           "versions, times).";
+  }
+  std::string example() const override { return "clip.mp4 -o result"; }
+  int rank() const override { return 2; }
   void declare(OptionSink& options) override {
-    options.positional("VIDEO", video_path_, "any file FFmpeg reads, with a frontal face");
+    options.positional(
+        "VIDEO", video_path_, "any file FFmpeg reads, showing a face from the front");
     options.text("-o,--output", folder_, "FOLDER", "where the results go; made if missing");
     options.flag("--no-overlay", no_overlay_, "leave out overlay.mp4");
     tracking_.declare(options);
