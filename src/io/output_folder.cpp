@@ -56,4 +56,10 @@ std::string OutputFolder::operator/(const std::string& name) const {
   return (path_ / name).string();
 }
 
+void require_not_the_input(const std::string& output, const std::string& input) {
+  std::error_code not_there;
+  require(!std::filesystem::equivalent(output, input, not_there),
+          output + ": is the input itself and would be overwritten; choose another output");
+}
+
 }  // namespace zygoma

@@ -1,4 +1,4 @@
-// The folder a command writes into.
+// The folder a command writes into, and what it must not overwrite.
 #pragma once
 
 #include <filesystem>
@@ -28,5 +28,8 @@ class OutputFolder {
   std::filesystem::path path_;
   Created created_;
 };
+
+// Throws InputError when writing `output` would replace the file `input` that is being read.
+void require_not_the_input(const std::string& output, const std::string& input);
 
 }  // namespace zygoma

@@ -151,6 +151,20 @@ TEST_F(BadInputTest, OutputThatCannotBeWritten) {
   expect_refused({"track", video, "-o", "/proc/zygoma/out"}, {"/proc/zygoma/out"});
 }
 
+TEST_F(BadInputTest, OutputThatIsTheInput) {
+  const std::string bytes = "read while it would be replaced";
+  const std::string reconstruction = folder_.write("reconstruction.mp4", bytes);
+  const std::string overlay = folder_.write("overlay.mp4", bytes);
+  const std::string table = folder_.write("contractions.csv", bytes);
+  expect_refused({"run", reconstruction, "-o", folder_ / ""}, {reconstruction, "the input itself"});
+  expect_refused({"track", overlay, "-o", folder_ / "."}, {"overlay.mp4", "the input itself"});
+  expect_refused({"animate", table, "-o", table}, {table, "the input itself"});
+  expect_refused({"animate", table, "--video", overlay, "-o", overlay}, {overlay, "the input"});
+  for (const std::string& file : {reconstruction, overlay, table}) {
+    EXPECT_EQ(bytes_of(file), bytes);
+  }
+}
+
 TEST_F(BadInputTest, VideoWithoutAFace) {
   const std::string noisy = write_clip(folder_ / "noise.mp4", noise(320, 240, 10));
   const std::string tiny = write_clip(folder_ / "tiny.mp4", noise(16, 16, 3));

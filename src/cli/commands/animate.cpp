@@ -7,6 +7,7 @@
 #include "src/cli/session_parts.h"
 #include "src/io/contours_file.h"
 #include "src/io/contractions_file.h"
+#include "src/io/output_folder.h"
 
 namespace zygoma {
 namespace {
@@ -36,6 +37,8 @@ class AnimateCommand : public Command {
   int run(RunContext& context) override {
     require(contours_path_.empty() || !video_path_.empty(),
             "--contours: needs --video, the pictures they are drawn into");
+    require_not_the_input(output_, contractions_path_);
+    require_not_the_input(output_, video_path_);
     const ContractionTrack track = read_contractions_csv(contractions_path_);
     std::optional<Performance> performance;
     if (!video_path_.empty()) {

@@ -47,6 +47,7 @@ class RunCommand : public Command {
     const Stopwatch watch;
     read_truth();
     const OutputFolder folder(folder_);
+    require_not_the_input(folder / "reconstruction.mp4", video_path_);
     Session session = begin_session(name(), context);
 
     const TrackedVideo tracked = tracking_.track(video_path_, context);

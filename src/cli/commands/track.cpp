@@ -33,6 +33,7 @@ class TrackCommand : public Command {
   }
   int run(RunContext& context) override {
     const OutputFolder folder(folder_);
+    require_not_the_input(folder / "overlay.mp4", video_path_);
     const TrackedVideo tracked = tracking_.track(video_path_, context);
     write_contours_csv(folder / "contours.csv", tracked.contours);
 
