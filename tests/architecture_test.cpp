@@ -42,7 +42,7 @@ const std::vector<Library> kLibraries{
     {"CLI11", {"CLI/"}},
     {"GoogleTest", {"gtest/", "gmock/"}},
     {"Google Benchmark", {"benchmark/"}},
-    {"POSIX", {"unistd.h", "sys/", "fcntl.h", "dlfcn.h"}},
+    {"POSIX", {"unistd.h", "sys/", "fcntl.h", "dlfcn.h", "spawn.h"}},
 };
 
 struct Room {

@@ -8,6 +8,7 @@
 #include <new>
 
 #include "src/base/check.h"
+#include "src/cli/help_text.h"
 #include "src/cli/option_parser.h"
 #include "src/cli/stop_signal.h"
 #include "src/io/session_file.h"
@@ -30,6 +31,9 @@ std::vector<std::unique_ptr<Command>> all_commands() {
 #define ZYGOMA_PLUGIN(function) commands.push_back(function());
 #include "generated/cli_list.inc"
 #undef ZYGOMA_PLUGIN
+  std::stable_sort(commands.begin(), commands.end(), [](const auto& a, const auto& b) {
+    return a->rank() < b->rank();
+  });
   return commands;
 }
 
@@ -52,19 +56,23 @@ std::string command_names(const CommandLine& program) {
 }
 
 void print_help(const CommandLine& program) {
-  std::size_t width = 0;
-  for (const auto& command : program.commands) width = std::max(width, command->name().size());
-  program.out
-      << "zygoma: reads facial muscles from plain video and drives a physical face with them"
-      << "\n\nUsage: zygoma COMMAND [OPTIONS]\n\nCommands:\n";
+  std::vector<HelpEntry> commands;
   for (const auto& command : program.commands) {
-    const std::string name = command->name();
-    program.out << "  " << name << std::string(width - name.size() + 2, ' ') << command->help()
-                << '\n';
+    commands.push_back({command->name(), command->help()});
   }
-  program.out
-      << "\n`zygoma COMMAND --help` lists the options of a command; `zygoma --version` says "
-         "which version this is.\n";
+  program.out << "Zygoma reads the muscles of a face from plain video and moves a physical face\n"
+                 "with them.\n\n"
+                 "Usage: zygoma COMMAND [OPTIONS]\n\n"
+                 "Commands:\n"
+              << two_columns(commands) << '\n';
+  if (!program.commands.empty() && !program.commands.front()->example().empty()) {
+    program.out << "To begin with:\n  zygoma " << program.commands.front()->name() << ' '
+                << program.commands.front()->example() << "\n\n";
+  }
+  program.out << "zygoma COMMAND --help  the options of a command and what it writes\n"
+                 "zygoma --version       which version this is\n\n"
+                 "Ctrl-C stops between two frames and keeps what is done. Exit codes: 0 done,\n"
+                 "1 failed, 2 input that cannot be used, 130 stopped.\n";
 }
 
 int run_command(CommandLine& program, Command& command, const std::vector<std::string>& arguments) {

@@ -65,6 +65,11 @@ class Command {
 
   virtual std::string name() const = 0;
   virtual std::string help() const = 0;  // one line, for `zygoma --help`
+  // For `zygoma NAME --help`: what it writes and how it goes on; arguments of an example.
+  virtual std::string details() const { return {}; }
+  virtual std::string example() const { return {}; }
+  // Commands are listed by rising rank, those of equal rank by name.
+  virtual int rank() const { return 100; }
   virtual void declare(OptionSink& options) = 0;
 
   // Returns the exit code. Having been stopped is not a failure: write what there is and return 0,

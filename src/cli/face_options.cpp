@@ -3,11 +3,12 @@
 namespace zygoma {
 
 void FaceOptions::declare(OptionSink& options) {
-  options.integer("--surface-vertices",
-                  head_.num_surface_vertices,
-                  {300, 4000},
-                  "nodes of the lattice face per layer, met approximately: more follow finer "
-                  "folds and cost more time");
+  options.integer(
+      "--surface-vertices",
+      head_.num_surface_vertices,
+      {300, 4000},
+      "about how many nodes a layer of the lattice face has: more make finer folds and take "
+      "longer");
 }
 
 AssembledFace FaceOptions::assemble() const {
@@ -19,17 +20,17 @@ void AnimationOptions::declare(OptionSink& options) {
   options.integer("--height",
                   panel_height_px_,
                   {0, 2160},
-                  "height of the picture in pixels; 0: that of the video, at most 720");
+                  "of the picture, pixels; 0: that of the video, at most 720");
   options.flag("--no-bars", no_bars_, "leave out the panel with one bar per muscle");
   options.integer("--samples",
                   samples_per_pixel_,
                   {1, 16},
-                  "rays per pixel where an edge runs through it; 1: no smoothing of edges");
+                  "rays for a pixel that an edge runs through; 1: edges stay jagged");
   options.choice("--encoding",
                  encoding_.preset,
                  {"ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow"},
-                 "effort of the H.264 encoder: slower makes smaller files");
-  options.integer("--threads", num_threads_, {1, 64}, "threads that render and encode");
+                 "effort of the H.264 encoder, slower makes smaller files");
+  options.integer("--threads", num_threads_, {1, 64}, "that render and encode");
 }
 
 AnimateOptions AnimationOptions::animate_options() const {

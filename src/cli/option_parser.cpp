@@ -2,11 +2,13 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <functional>
 
 #include "src/base/check.h"
+#include "src/cli/help_text.h"
 
 namespace zygoma {
 namespace {
@@ -57,10 +59,12 @@ class Cli11Sink : public OptionSink {
 
   void positional(const char* name, std::string& value, const char* help) override {
     add(name, value, name, help, {})->required();
+    usage_ += std::string(" ") + name;
   }
 
   void optional_positional(const char* name, std::string& value, const char* help) override {
     add(name, value, name, help, {});
+    usage_ += std::string(" [") + name + "]";
   }
 
   void text(const char* names, std::string& value, const char* kind, const char* help) override {
@@ -91,6 +95,7 @@ class Cli11Sink : public OptionSink {
   void flag(const char* names, bool& value, const char* help) override {
     const CLI::callback_t given = [&value](const CLI::results_t&) { return value = true; };
     app_.add_option(names, given, help)->type_size(0)->expected(0);
+    options_.push_back({names, help});
     values_.push_back({long_name(names), [&value] { return value ? "true" : "false"; }});
   }
 
@@ -98,6 +103,24 @@ class Cli11Sink : public OptionSink {
     std::vector<std::pair<std::string, std::string>> result;
     for (const auto& [name, text] : values_) result.emplace_back(without_dashes(name), text());
     return result;
+  }
+
+  std::string help_text(const Command& command) const {
+    const std::string program = "zygoma " + command.name();
+    std::string text = "Usage: " + program + usage_ + " [OPTIONS]\n\n";
+    std::string sentence = command.help() + ".";
+    sentence[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence[0])));
+    for (const std::string& paragraph : {sentence, command.details()}) {
+      if (!paragraph.empty()) text += wrapped(paragraph, 80, 0) + "\n\n";
+    }
+    if (!arguments_.empty()) text += two_columns(arguments_) + "\n";
+    std::vector<HelpEntry> options = options_;
+    options.push_back({"-h,--help", "show this text"});
+    text += "Options:\n" + two_columns(options);
+    if (!command.example().empty()) {
+      text += "\nExample:\n  " + program + " " + command.example() + "\n";
+    }
+    return text;
   }
 
  private:
@@ -115,14 +138,16 @@ class Cli11Sink : public OptionSink {
       return true;
     };
     values_.push_back({long_name(names), [&value] { return value; }});
-    return app_.add_option(names, given, shown)->type_name(kind);
+    const bool has_dash = names.starts_with("-");
+    (has_dash ? options_ : arguments_).push_back({has_dash ? names + " " + kind : names, shown});
+    return app_.add_option(names, given, shown);
   }
 
   template <typename T>
   void add_number(const std::string& names,
                   T& value,
                   Range<T> range,
-                  const char* kind,
+                  const std::string& kind,
                   const char* expected,
                   const std::string& help) {
     std::string shown = help + " (";
@@ -140,19 +165,23 @@ class Cli11Sink : public OptionSink {
       value = parsed;
       return true;
     };
-    app_.add_option(names, given, shown)->type_name(kind);
+    options_.push_back({std::string(names) + " " + kind, shown});
+    app_.add_option(names, given, shown);
     values_.push_back({name, [&value] { return shortest_text(value); }});
   }
 
   CLI::App& app_;
+  std::string usage_;
+  std::vector<HelpEntry> arguments_;
+  std::vector<HelpEntry> options_;
   std::vector<std::pair<std::string, std::function<std::string()>>> values_;
 };
 
 }  // namespace
 
 ParsedOptions parse_options(Command& command, const std::vector<std::string>& arguments) {
-  CLI::App app(command.help(), "zygoma " + command.name());
-  app.set_help_flag("-h,--help", "Show this text");
+  CLI::App app;
+  app.set_help_flag("-h,--help", "");
   Cli11Sink sink(app);
   command.declare(sink);
 
@@ -160,7 +189,7 @@ ParsedOptions parse_options(Command& command, const std::vector<std::string>& ar
   try {
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
   } catch (const CLI::CallForHelp&) {
-    return {app.help(), {}};
+    return {sink.help_text(command), {}};
   } catch (const CLI::ParseError& error) {
     throw InputError(error.what() + advice);
   }

@@ -5,13 +5,15 @@
 namespace zygoma {
 
 void RetargetingOptions::declare(OptionSink& options) {
-  options.integer("--neutral",
-                  neutral_frame_,
-                  {-1, std::numeric_limits<int>::max()},
-                  "frame that shows the face at rest; -1: the stillest stretch of the clip");
+  options.integer(
+      "--neutral",
+      neutral_frame_,
+      {-1, std::numeric_limits<int>::max()},
+      "number of a frame that shows the face at rest; -1: the stillest stretch of the clip");
   options.flag("--closed-form",
                closed_form_,
-               "the estimates of 1992 alone, without refinement against the face model");
+               "only the closed-form estimates, without the refinement against the face model: "
+               "quick, coarse");
 }
 
 Retargeted RetargetingOptions::retarget(const std::vector<ContourSet>& contours,

@@ -1,5 +1,6 @@
 #include "src/pipeline/track_video.h"
 
+#include "src/base/check.h"
 #include "src/pipeline/producer.h"
 
 namespace zygoma {
@@ -34,6 +35,12 @@ TrackedVideo track_video(const std::string& path,
       }
     }
   }
+  const std::string num_frames = std::to_string(result.contours.size());
+  require(result.frames_with_face > 0 || result.stopped,
+          path + ": no face found in " + num_frames +
+              (result.contours.size() == 1 ? " frame" : " frames") +
+              ", expected a frontal face at least 80 pixels wide, or contours of the first frame "
+              "to start from");
   observer.end();
   result.figures = {"track", static_cast<int>(result.contours.size()), watch.elapsed_ms()};
   result.repaired_timestamps = reader.repaired_timestamps();

@@ -24,7 +24,8 @@ struct TrackedVideo {
   StageFigures figures;
 };
 
-// `initial` replaces the automatic start. Decoding runs beside tracking.
+// `initial` replaces the automatic start. Decoding runs beside tracking. Throws InputError when the
+// file is no video and when no picture of it shows a face.
 TrackedVideo track_video(const std::string& path,
                          const std::optional<ContourSet>& initial,
                          const TrackerOptions& options,

@@ -1,38 +1,84 @@
 // The program itself, given what it cannot use: exit code 2, one line on stderr that names what is
-// wrong, nothing on stdout.
+// wrong, nothing on stdout and nothing left behind. Given what it can use in part: what there is.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <algorithm>
-#include <cstdlib>
+#include <opencv2/core.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "src/io/contours_file.h"
+#include "src/io/contractions_file.h"
+#include "src/io/video_reader.h"
+#include "src/io/video_writer.h"
+#include "src/synthetic/performer.h"
+#include "tests/src/program.h"
 #include "tests/src/scratch_folder.h"
 
 namespace zygoma {
 namespace {
 
-struct Outcome {
-  int code = -1;
-  std::string out;
-  std::string err;
-};
+using Names = std::set<std::string>;
 
-std::string in_quotes(const std::string& word) {
-  std::string text(1, '\'');
-  return text.append(word).append(1, '\'');
+Names files_in(const std::string& folder) {
+  Names names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    names.insert(entry.path().filename().string());
+  }
+  return names;
 }
 
-Outcome run_program(const ScratchFolder& folder, const std::vector<std::string>& arguments) {
-  std::string command = in_quotes(ZYGOMA_PROGRAM);
-  for (const std::string& argument : arguments) command += " " + in_quotes(argument);
-  command +=
-      " >" + in_quotes(folder / "stdout") + " 2>" + in_quotes(folder / "stderr") + " </dev/null";
-  const int status = std::system(command.c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1,
-          bytes_of(folder / "stdout"),
-          bytes_of(folder / "stderr")};
+std::string write_clip(const std::string& path, const std::vector<cv::Mat>& pictures) {
+  constexpr double kRate = 30.0;
+  VideoWriter writer(path, pictures.front().cols, pictures.front().rows, kRate);
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    writer.write(pictures[i], static_cast<double>(i) / kRate);
+  }
+  writer.finish();
+  return path;
+}
+
+std::vector<cv::Mat> noise(int width_px, int height_px, int num_frames) {
+  std::vector<cv::Mat> pictures;
+  cv::RNG random(7);
+  for (int i = 0; i < num_frames; ++i) {
+    pictures.emplace_back(height_px, width_px, CV_8UC3);
+    random.fill(pictures.back(), cv::RNG::UNIFORM, 0, 256);
+  }
+  return pictures;
+}
+
+// A face at rest; a few frames are drawn and shown forwards and backwards.
+std::vector<cv::Mat> face(int num_frames) {
+  PerformerOptions options;
+  options.schedule = "neutral";
+  options.width_px = 320;
+  options.height_px = 240;
+  options.num_surface_vertices = 300;
+  Performer performer(options);
+  std::vector<cv::Mat> drawn;
+  Frame frame;
+  Contractions contractions;
+  ContourSet contours;
+  while (static_cast<int>(drawn.size()) < std::min(num_frames, 6) &&
+         performer.next(frame, contractions, contours)) {
+    drawn.push_back(frame.image.clone());
+  }
+  std::vector<cv::Mat> pictures;
+  const int period = std::max(1, 2 * static_cast<int>(drawn.size()) - 2);
+  for (int i = 0; i < num_frames; ++i) {
+    const int phase = i % period;
+    pictures.push_back(drawn[std::min(phase, period - phase)]);
+  }
+  return pictures;
+}
+
+int num_pictures(const std::string& video) {
+  VideoReader reader(video);
+  Frame frame;
+  int count = 0;
+  while (reader.read(frame)) ++count;
+  return count;
 }
 
 class BadInputTest : public testing::Test {
@@ -45,12 +91,13 @@ class BadInputTest : public testing::Test {
     SCOPED_TRACE(shown);
     EXPECT_EQ(outcome.code, 2);
     EXPECT_EQ(outcome.out, "");
-    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_EQ(num_lines(outcome.err), 1) << outcome.err;
     EXPECT_TRUE(outcome.err.starts_with("zygoma: ")) << outcome.err;
     for (const std::string& word : words) {
       EXPECT_NE(outcome.err.find(word), std::string::npos)
           << "no '" << word << "' in: " << outcome.err;
     }
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "out")) << "left behind";
   }
 
   // A command that reads FILE and would write into a folder that is fine.
@@ -70,6 +117,12 @@ TEST_F(BadInputTest, MissingFile) {
   for (const char* command : {"retarget", "animate"}) {
     expect_refused(on(command, missing_table), {missing_table, "No such file"});
   }
+  const std::string video = write_clip(folder_ / "noise.mp4", noise(64, 64, 2));
+  expect_refused({"run", video, "-o", folder_ / "out", "--truth", missing_table}, {missing_table});
+  expect_refused({"run", video, "-o", folder_ / "out", "--init", missing_table}, {missing_table});
+  expect_refused({"track", video, "-o", folder_ / "out", "--init", missing_table}, {missing_table});
+  expect_refused({"track", video, "-o", folder_ / "out", "--cascades", missing_table},
+                 {missing_table});
 }
 
 TEST_F(BadInputTest, WrongKindOfFile) {
@@ -94,6 +147,31 @@ TEST_F(BadInputTest, OutputThatCannotBeWritten) {
     expect_refused({command, video, "-o", file + "/below"}, {file + "/below"});
   }
   expect_refused({"synth", "-o", file}, {file});
+  expect_refused({"synth", "-o", folder_ / "out", "--name", "../up"}, {"--name", "'../up'"});
+  expect_refused({"track", video, "-o", "/proc/zygoma/out"}, {"/proc/zygoma/out"});
+}
+
+TEST_F(BadInputTest, OutputThatIsTheInput) {
+  const std::string bytes = "read while it would be replaced";
+  const std::string reconstruction = folder_.write("reconstruction.mp4", bytes);
+  const std::string overlay = folder_.write("overlay.mp4", bytes);
+  const std::string table = folder_.write("contractions.csv", bytes);
+  expect_refused({"run", reconstruction, "-o", folder_ / ""}, {reconstruction, "the input itself"});
+  expect_refused({"track", overlay, "-o", folder_ / "."}, {"overlay.mp4", "the input itself"});
+  expect_refused({"animate", table, "-o", table}, {table, "the input itself"});
+  expect_refused({"animate", table, "--video", overlay, "-o", overlay}, {overlay, "the input"});
+  for (const std::string& file : {reconstruction, overlay, table}) {
+    EXPECT_EQ(bytes_of(file), bytes);
+  }
+}
+
+TEST_F(BadInputTest, VideoWithoutAFace) {
+  const std::string noisy = write_clip(folder_ / "noise.mp4", noise(320, 240, 10));
+  const std::string tiny = write_clip(folder_ / "tiny.mp4", noise(16, 16, 3));
+  for (const char* command : {"run", "track"}) {
+    expect_refused(on(command, noisy), {noisy, "no face found in 10 frames"});
+    expect_refused(on(command, tiny), {tiny, "no face found in 3 frames"});
+  }
 }
 
 TEST_F(BadInputTest, ContractionsOutsideTheirRange) {
@@ -116,6 +194,88 @@ TEST_F(BadInputTest, UnknownWordsAndMissingArguments) {
   expect_refused({"run", "a.mp4", "b.mp4"}, {"b.mp4"});
   expect_refused({"synth", "--duration", "-1"}, {"--duration", "-1", "range"});
   expect_refused({"synth", "--schedule", "dance"}, {"--schedule", "'dance'", "smile"});
+}
+
+TEST(ProgramTest, OneFrameIsAClip) {
+  const ScratchFolder folder;
+  const std::string clip = write_clip(folder / "one.mp4", face(1));
+  const Outcome outcome =
+      run_program(folder, {"run", clip, "-o", folder / "out", "--surface-vertices", "300"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(files_in(folder / "out"),
+            (Names{"contours.csv", "contractions.csv", "reconstruction.mp4", "session.json"}));
+  EXPECT_EQ(read_contours_csv(folder / "out/contours.csv").size(), 1U);
+  EXPECT_EQ(read_contractions_csv(folder / "out/contractions.csv").frames.size(), 1U);
+  EXPECT_EQ(num_pictures(folder / "out/reconstruction.mp4"), 1);
+}
+
+TEST(ProgramTest, TakesWhatATruncatedFileStillHolds) {
+  const ScratchFolder folder;
+  const std::string whole = bytes_of(write_clip(folder / "whole.mp4", face(60)));
+  const std::string cut = folder.write("cut.mp4", whole.substr(0, whole.size() * 6 / 10));
+  const Outcome outcome = run_program(folder, {"track", cut, "-o", folder / "out"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto num_frames = read_contours_csv(folder / "out/contours.csv").size();
+  EXPECT_GE(num_frames, 2U);
+  EXPECT_LT(num_frames, 60U);
+  const std::string remark =
+      cut + ": ends after " + std::to_string(num_frames) + " frames, the file claims about 60";
+  EXPECT_NE(outcome.err.find(remark), std::string::npos) << outcome.err;
+  EXPECT_EQ(files_in(folder / "out"), (Names{"contours.csv", "overlay.mp4", "session.json"}));
+  EXPECT_EQ(num_pictures(folder / "out/overlay.mp4"), static_cast<int>(num_frames));
+}
+
+TEST(ProgramTest, AFailureLeavesEarlierResultsAlone) {
+  const ScratchFolder folder;
+  const std::string good = write_clip(folder / "good.mp4", face(2));
+  const std::string bad = write_clip(folder / "bad.mp4", noise(64, 64, 2));
+  ASSERT_EQ(run_program(folder, {"track", good, "-o", folder / "out"}).code, 0);
+  const std::string before = bytes_of(folder / "out/contours.csv");
+  const Names files = files_in(folder / "out");
+  EXPECT_EQ(run_program(folder, {"track", bad, "-o", folder / "out"}).code, 2);
+  EXPECT_EQ(bytes_of(folder / "out/contours.csv"), before);
+  EXPECT_EQ(files_in(folder / "out"), files);
+}
+
+TEST(ProgramTest, CtrlCWhileTrackingKeepsTheFramesDone) {
+  const ScratchFolder folder;
+  const std::string clip = write_clip(folder / "clip.mp4", face(120));
+  RunningProgram program(folder, {"run", clip, "-o", folder / "out"});
+  ASSERT_TRUE(program.wait_for(folder / "out"));
+  program.press_ctrl_c();
+  const Outcome outcome = program.finish();
+  EXPECT_EQ(outcome.code, 130) << outcome.err;
+  ASSERT_EQ(files_in(folder / "out"), (Names{"contours.csv", "session.json"})) << outcome.err;
+  const auto num_frames = read_contours_csv(folder / "out/contours.csv").size();
+  EXPECT_GE(num_frames, 1U);
+  EXPECT_LT(num_frames, 120U);
+}
+
+TEST(ProgramTest, CtrlCWhileAnimatingKeepsTheVideoSoFar) {
+  const ScratchFolder folder;
+  const std::string clip = write_clip(folder / "clip.mp4", face(60));
+  RunningProgram program(folder,
+                         {"run",
+                          clip,
+                          "-o",
+                          folder / "out",
+                          "--closed-form",
+                          "--surface-vertices",
+                          "300",
+                          "--samples",
+                          "1"});
+  ASSERT_TRUE(program.wait_for(folder / "out/reconstruction.mp4.part"));
+  program.press_ctrl_c();
+  const Outcome outcome = program.finish();
+  EXPECT_EQ(outcome.code, 130) << outcome.err;
+  ASSERT_EQ(files_in(folder / "out"),
+            (Names{"contours.csv", "contractions.csv", "reconstruction.mp4", "session.json"}))
+      << outcome.err;
+  EXPECT_EQ(read_contours_csv(folder / "out/contours.csv").size(), 60U);
+  EXPECT_EQ(read_contractions_csv(folder / "out/contractions.csv").frames.size(), 60U);
+  const int num_animated = num_pictures(folder / "out/reconstruction.mp4");
+  EXPECT_GE(num_animated, 1);
+  EXPECT_LT(num_animated, 60);
 }
 
 TEST(ProgramTest, HelpAndVersionGoToStdout) {

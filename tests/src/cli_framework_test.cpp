@@ -8,6 +8,7 @@
 
 #include "src/base/check.h"
 #include "src/cli/cli.h"
+#include "src/cli/help_text.h"
 
 namespace zygoma {
 namespace {
@@ -141,6 +142,16 @@ TEST(CommandLineTest, HelpNamesOptionsRangesAndDefaults) {
                             "Skip the refinement"}) {
     EXPECT_NE(one.out.find(words), std::string::npos) << "no '" << words << "' in\n" << one.out;
   }
+}
+
+TEST(CommandLineTest, HelpIsWrappedBetweenWords) {
+  EXPECT_EQ(wrapped("a bc def", 4, 2), "a bc\n  def");
+  EXPECT_EQ(wrapped("overlong x", 4, 1), "overlong\n x");
+  const std::string table = two_columns(
+      {{"-a", "short"}, {"--long-name", std::string(30, 'x') + " " + std::string(40, 'y')}});
+  EXPECT_EQ(table,
+            "  -a           short\n  --long-name  " + std::string(30, 'x') + "\n" +
+                std::string(15, ' ') + std::string(40, 'y') + "\n");
 }
 
 TEST(CommandLineTest, SaysItsVersion) {

@@ -446,23 +446,38 @@ TEST(AtomicFileTest, ReportsADiskThatIsFull) {
   EXPECT_FALSE(std::filesystem::exists(folder / "x.csv"));
 }
 
-TEST(OutputFolderTest, CreatesWhatIsMissing) {
+TEST(OutputFolderTest, CreatesWhatIsMissingAndKeepsWhatIsUsed) {
   const ScratchFolder folder;
-  prepare_output_folder(folder / "a/b/c");
-  EXPECT_TRUE(std::filesystem::is_directory(folder / "a/b/c"));
-  prepare_output_folder(folder / "a/b/c");
-  EXPECT_TRUE(std::filesystem::is_empty(folder / "a/b/c"));
+  for (int round = 0; round < 2; ++round) {
+    const OutputFolder output(folder / "a/b/c/");
+    EXPECT_TRUE(std::filesystem::is_empty(folder / "a/b/c"));
+    if (round == 1) std::ofstream(output / "result") << "kept";
+  }
+  EXPECT_EQ(bytes_of(folder / "a/b/c/result"), "kept");
+}
+
+TEST(OutputFolderTest, RemovesWhatItCreatedForNothing) {
+  const ScratchFolder folder;
+  { const OutputFolder output(folder / "a/b"); }
+  EXPECT_FALSE(std::filesystem::exists(folder / "a"));
+
+  std::filesystem::create_directory(folder / "a");
+  { const OutputFolder output(folder / "a/b"); }
+  EXPECT_TRUE(std::filesystem::exists(folder / "a"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "a/b"));
+  { const OutputFolder output(folder / "a"); }
+  EXPECT_TRUE(std::filesystem::exists(folder / "a")) << "was there before";
 }
 
 TEST(OutputFolderTest, SaysWhyAFolderCannotBeUsed) {
   const ScratchFolder folder;
   folder.write("file", "");
-  expect_complaint([&] { prepare_output_folder(folder / "file"); },
+  expect_complaint([&] { const OutputFolder output(folder / "file"); },
                    {folder / "file", "is a file", "choose another"});
-  expect_complaint([&] { prepare_output_folder(folder / "file/below"); },
+  expect_complaint([&] { const OutputFolder output(folder / "file/below"); },
                    {folder / "file/below", "cannot be created"});
-  expect_complaint([&] { prepare_output_folder("/proc/zygoma"); }, {"/proc/zygoma"});
-  expect_complaint([&] { prepare_output_folder(""); }, {"name is empty"});
+  expect_complaint([&] { const OutputFolder output("/proc/zygoma"); }, {"/proc/zygoma"});
+  expect_complaint([&] { const OutputFolder output(""); }, {"name is empty"});
 }
 
 TEST(SessionFileTest, HoldsWhatWasRunAndHowItWent) {

@@ -7,6 +7,7 @@
 #include "src/cli/session_parts.h"
 #include "src/io/contours_file.h"
 #include "src/io/contractions_file.h"
+#include "src/io/output_folder.h"
 
 namespace zygoma {
 namespace {
@@ -14,9 +15,17 @@ namespace {
 class AnimateCommand : public Command {
  public:
   std::string name() const override { return "animate"; }
-  std::string help() const override {
-    return "move the physical face by contractions and film it: an MP4";
+  std::string help() const override { return "move the physical face by contractions and film it"; }
+  std::string details() const override {
+    return "Contractions may come from `zygoma run`, `retarget` or `synth`, or be written by hand: "
+           "the "
+           "columns frame, timestamp, confidence, success, head_x, head_y, head_scale, head_roll, "
+           "jaw and one per muscle.";
   }
+  std::string example() const override {
+    return "result/contractions.csv --video clip.mp4 --contours result/contours.csv -o face.mp4";
+  }
+  int rank() const override { return 4; }
   void declare(OptionSink& options) override {
     options.positional("CONTRACTIONS", contractions_path_, "contractions.csv of any command");
     options.text("-o,--output", output_, "FILE", "the video to write");
@@ -28,6 +37,8 @@ class AnimateCommand : public Command {
   int run(RunContext& context) override {
     require(contours_path_.empty() || !video_path_.empty(),
             "--contours: needs --video, the pictures they are drawn into");
+    require_not_the_input(output_, contractions_path_);
+    require_not_the_input(output_, video_path_);
     const ContractionTrack track = read_contractions_csv(contractions_path_);
     std::optional<Performance> performance;
     if (!video_path_.empty()) {

@@ -15,9 +15,13 @@ namespace {
 class RetargetCommand : public Command {
  public:
   std::string name() const override { return "retarget"; }
-  std::string help() const override {
-    return "turn contours into muscle contractions: contractions.csv, session.json";
+  std::string help() const override { return "turn contours into muscle contractions"; }
+  std::string details() const override {
+    return "Writes into the folder: contractions.csv (muscles and jaw in every frame, 0 to 1, with "
+           "standard deviations and residuals) and session.json (options, versions, times).";
   }
+  std::string example() const override { return "result/contours.csv -o result"; }
+  int rank() const override { return 3; }
   void declare(OptionSink& options) override {
     options.positional("CONTOURS", contours_path_, "contours.csv of `zygoma track`");
     options.text("-o,--output", folder_, "FOLDER", "where the results go; made if missing");
@@ -25,11 +29,11 @@ class RetargetCommand : public Command {
     face_.declare(options);
   }
   int run(RunContext& context) override {
-    prepare_output_folder(folder_);
     const std::vector<ContourSet> contours = read_contours_csv(contours_path_);
+    const OutputFolder folder(folder_);
     AssembledFace face = face_.assemble();
     const Retargeted result = retargeting_.retarget(contours, face.simulator, context);
-    write_contractions_csv(folder_ + "/contractions.csv", result.track);
+    write_contractions_csv(folder / "contractions.csv", result.track);
 
     Session session = begin_session(name(), context);
     session.source.file = contours_path_;
@@ -38,10 +42,10 @@ class RetargetCommand : public Command {
     session.neutral_frame = result.report.neutral_frame;
     session.stopped_early = result.track.frames.size() < contours.size();
     session.stages.push_back(stage_of(result.report, result.figures));
-    write_session(folder_ + "/session.json", session);
+    write_session(folder / "session.json", session);
     for (const std::string& remark : remarks(result.report)) context.progress.note(remark);
     context.out << result.track.frames.size()
-                << " frames estimated: " << folder_ + "/contractions.csv" << '\n';
+                << " frames estimated: " << folder / "contractions.csv" << '\n';
     return 0;
   }
 

@@ -19,10 +19,20 @@ class RunCommand : public Command {
  public:
   std::string name() const override { return "run"; }
   std::string help() const override {
-    return "video in, reconstructed animation out: contours, contractions, face";
+    return "a video in, muscle contractions and the animated face out: track, retarget and animate "
+           "in one";
   }
+  std::string details() const override {
+    return "Writes into the folder: contours.csv (the nine contours in every frame, pixels), "
+           "contractions.csv (muscles and jaw in every frame, 0 to 1), reconstruction.mp4 (the "
+           "video with its contours, the animated face, a bar per muscle) and session.json "
+           "(options, versions, times).";
+  }
+  std::string example() const override { return "clip.mp4 -o result"; }
+  int rank() const override { return 1; }
   void declare(OptionSink& options) override {
-    options.positional("VIDEO", video_path_, "any file FFmpeg reads, with a frontal face");
+    options.positional(
+        "VIDEO", video_path_, "any file FFmpeg reads, showing a face from the front");
     options.text("-o,--output", folder_, "FOLDER", "where the results go; made if missing");
     tracking_.declare(options);
     retargeting_.declare(options);
@@ -35,42 +45,47 @@ class RunCommand : public Command {
 
   int run(RunContext& context) override {
     const Stopwatch watch;
-    prepare_output_folder(folder_);
     read_truth();
+    const OutputFolder folder(folder_);
+    require_not_the_input(folder / "reconstruction.mp4", video_path_);
     Session session = begin_session(name(), context);
 
     const TrackedVideo tracked = tracking_.track(video_path_, context);
-    write_contours_csv(folder_ + "/contours.csv", tracked.contours);
+    write_contours_csv(folder / "contours.csv", tracked.contours);
     session.source = source_of(tracked);
     session.stages.push_back(stage_of(tracked));
     std::vector<std::string> notes = remarks(tracked);
 
-    if (!tracked.stopped) {
+    bool stopped = tracked.stopped;
+    if (!stopped) {
       AssembledFace face = face_.assemble();
       const Retargeted retargeted =
           retargeting_.retarget(tracked.contours, face.simulator, context);
-      write_contractions_csv(folder_ + "/contractions.csv", retargeted.track);
+      write_contractions_csv(folder / "contractions.csv", retargeted.track);
       session.muscles = retargeted.track.muscles;
       session.neutral_frame = retargeted.report.neutral_frame;
       session.stages.push_back(stage_of(retargeted.report, retargeted.figures));
       append(notes, remarks(retargeted.report));
-
-      const AnimationReport animation = animate_face(retargeted.track,
-                                                     face.simulator,
-                                                     face.anatomy,
-                                                     Performance{video_path_, tracked.contours},
-                                                     folder_ + "/reconstruction.mp4",
-                                                     animation_.animate_options(),
-                                                     context.progress,
-                                                     context.stop);
-      session.stages.push_back(stage_of(animation));
-      append(notes, remarks(animation));
-      print_comparison(retargeted.track, tracked.contours, context.out);
+      stopped = context.stop();
+      if (!stopped) {
+        const AnimationReport animation = animate_face(retargeted.track,
+                                                       face.simulator,
+                                                       face.anatomy,
+                                                       Performance{video_path_, tracked.contours},
+                                                       folder / "reconstruction.mp4",
+                                                       animation_.animate_options(),
+                                                       context.progress,
+                                                       context.stop);
+        stopped = animation.stopped;
+        session.stages.push_back(stage_of(animation));
+        append(notes, remarks(animation));
+        print_comparison(retargeted.track, tracked.contours, context.out);
+      }
     }
-    session.stopped_early = context.stop();
+    session.stopped_early = stopped;
     session.stages.push_back(
         stage_of(StageFigures{"whole run", session.source.num_frames, watch.elapsed_ms()}));
-    write_session(folder_ + "/session.json", session);
+    write_session(folder / "session.json", session);
     for (const std::string& note : notes) context.progress.note(note);
     print_figures(session, tracked, context.out);
     return 0;

@@ -2,6 +2,7 @@
 #include <limits>
 #include <ostream>
 
+#include "src/base/check.h"
 #include "src/cli/command.h"
 #include "src/io/contours_file.h"
 #include "src/io/contractions_file.h"
@@ -18,6 +19,13 @@ class SynthCommand : public Command {
   std::string help() const override {
     return "film a synthetic performer whose contractions and contours are known";
   }
+  std::string details() const override {
+    return "Writes into the folder: NAME.mp4, NAME.contractions.csv and NAME.contours.csv, the "
+           "last "
+           "two being the truth to compare with (`zygoma run --truth`, `--truth-contours`).";
+  }
+  std::string example() const override { return "-o performer --schedule smile --duration 3"; }
+  int rank() const override { return 5; }
   void declare(OptionSink& options) override {
     options.text("-o,--output", folder_, "FOLDER", "where the results go; made if missing");
     options.text("--name", name_, "NAME", "files are NAME.mp4, NAME.contractions.csv, ...");
@@ -37,19 +45,22 @@ class SynthCommand : public Command {
                    performer_.noise_grey_levels,
                    {0.0, 40.0},
                    "standard deviation of the camera noise in grey levels");
-    options.number("--sway", performer_.sway, {0.0, 3.0}, "head motion; 0: the head is still");
+    options.number(
+        "--sway", performer_.sway, {0.0, 3.0}, "amount of head motion; 0: the head is still");
     options.integer("--crf",
                     encoding_.constant_rate_factor,
                     {0, 51},
                     "H.264 quality: 18 looks perfect, every 6 more halve the file");
   }
   int run(RunContext& context) override {
-    prepare_output_folder(folder_);
+    require(!name_.empty() && name_.find('/') == std::string::npos,
+            "--name: '" + name_ + "', expected the name of a file without its folder");
+    const OutputFolder folder(folder_);
     performer_.seed = static_cast<std::uint32_t>(seed_);
     performer_.check();
     encoding_.preset = "slow";
     Performer performer(performer_);
-    VideoWriter writer(folder_ + "/" + name_ + ".mp4",
+    VideoWriter writer(folder / (name_ + ".mp4"),
                        performer_.width_px,
                        performer_.height_px,
                        performer_.frames_per_s,
@@ -70,9 +81,9 @@ class SynthCommand : public Command {
     }
     writer.finish();
     context.progress.end();
-    write_contractions_csv(folder_ + "/" + name_ + ".contractions.csv", truth);
-    write_contours_csv(folder_ + "/" + name_ + ".contours.csv", true_contours);
-    context.out << truth.frames.size() << " frames: " << folder_ + "/" + name_ + ".mp4" << '\n';
+    write_contractions_csv(folder / (name_ + ".contractions.csv"), truth);
+    write_contours_csv(folder / (name_ + ".contours.csv"), true_contours);
+    context.out << truth.frames.size() << " frames: " << folder / (name_ + ".mp4") << '\n';
     return 0;
   }
 
