@@ -25,7 +25,11 @@ void add_dark_lines(const cv::Mat& grey, double corner_row, cv::Mat& map) {
   const cv::Matx<float, 1, 5> second(0.25F, 0.0F, -0.5F, 0.0F, 0.25F);
   const cv::Matx<float, 1, 1> one(1.0F);
   cv::sepFilter2D(smooth, curvature, CV_32F, one, second, {-1, -1}, 0, cv::BORDER_REPLICATE);
-  std::vector<float> sorted(curvature.begin<float>(), curvature.end<float>());
+  std::vector<float> sorted;  // every other pixel of every other row
+  for (int row = 0; row < curvature.rows; row += 2) {
+    const float* line = curvature.ptr<float>(row);
+    for (int column = 0; column < curvature.cols; column += 2) sorted.push_back(line[column]);
+  }
   const auto at =
       sorted.begin() + static_cast<std::ptrdiff_t>(0.97 * static_cast<double>(sorted.size()));
   std::nth_element(sorted.begin(), at, sorted.end());
@@ -43,21 +47,21 @@ void add_dark_lines(const cv::Mat& grey, double corner_row, cv::Mat& map) {
 
 // Closes the mouth: what lies in a column between two strong responses, one above and one below and
 // not too far apart, is between the lips, be it teeth.
-cv::Mat filled(const cv::Mat& map, int first_row) {
+void fill(cv::Mat& map, int first_row) {
   constexpr float kStrong = 150.0F;
   constexpr int kWidest = 24;  // chart px
-  cv::Mat out = map.clone();
-  for (int column = 0; column < map.cols; ++column) {
-    int last_strong = -1;
-    for (int row = std::max(0, first_row); row < map.rows; ++row) {
-      if (map.at<float>(row, column) < kStrong) continue;
-      if (last_strong >= 0 && row - last_strong > 1 && row - last_strong <= kWidest) {
-        for (int r = last_strong + 1; r < row; ++r) out.at<float>(r, column) = kStrong;
+  std::vector<int> last_strong(static_cast<size_t>(map.cols), -kWidest - 1);
+  for (int row = std::max(0, first_row); row < map.rows; ++row) {
+    const float* line = map.ptr<float>(row);
+    for (int column = 0; column < map.cols; ++column) {
+      if (line[column] < kStrong) continue;
+      int& above = last_strong[static_cast<size_t>(column)];
+      if (row - above <= kWidest) {
+        for (int r = above + 1; r < row; ++r) map.at<float>(r, column) = kStrong;
       }
-      last_strong = row;
+      above = row;
     }
   }
-  return out;
 }
 
 // Sums down the columns, in units of one: row r holds the sum of the rows above it.
@@ -115,10 +119,8 @@ Evidence make_evidence(const FaceChart& chart, const LipMap& lips, const Evidenc
   if (lips.learned()) {
     add_dark_lines(chart.grey(kLowerFace), options.mouth_line_px - kLowerFace.y, mouth);
     const double first_row = options.nose_base_px + 0.08 * kChartEyeDistance - kLowerFace.y;
-    filled(mouth, static_cast<int>(first_row)).copyTo(mouth);
-    cv::Mat whole = cv::Mat::zeros(map.size(), CV_32F);
-    mouth.copyTo(whole(kLowerFace));
-    evidence.lip_sums = column_sums(whole);
+    fill(mouth, static_cast<int>(first_row));
+    evidence.lip_sums = column_sums(map);
   }
   evidence.lips = PotentialField(map, kLowerFace, {options.lips_sigma_px, 0.95, 0.15});
   return evidence;
@@ -132,23 +134,23 @@ ContourLandscape::ContourLandscape(const Evidence& evidence,
     case kBrowLeft:
     case kBrowRight:
     case kNoseTip:
-      terms_ = {{&evidence.fine, 1.0, -1.0}};
+      terms_[0] = {&evidence.fine, 1.0, -1.0};
       break;
     case kUpperLip:
-      terms_ = {{&evidence.lips, 0.65, 1.0}, {&evidence.fine, 0.35, -1.0}};
+      terms_ = {Term{&evidence.lips, 0.65, 1.0}, Term{&evidence.fine, 0.35, -1.0}};
       break;
     case kLowerLip:
-      terms_ = {{&evidence.lips, 0.75, -1.0}, {&evidence.fine, 0.25, 1.0}};
+      terms_ = {Term{&evidence.lips, 0.75, -1.0}, Term{&evidence.fine, 0.25, 1.0}};
       break;
     case kFurrowLeft:
     case kFurrowRight:
-      terms_ = {{&evidence.fine, 0.5, 0.0}};
+      terms_[0] = {&evidence.fine, 0.5, 0.0};
       break;
     case kChinBoss:
-      terms_ = {{&evidence.chin, 1.0, -1.0}};
+      terms_[0] = {&evidence.chin, 1.0, -1.0};
       break;
     case kHairline:
-      terms_ = {{&evidence.hair, 1.0, 0.0}};
+      terms_[0] = {&evidence.hair, 1.0, 0.0};
       break;
     case kNumFeatures:
       break;
@@ -158,6 +160,7 @@ ContourLandscape::ContourLandscape(const Evidence& evidence,
 double ContourLandscape::potential(size_t node, const Point2& x) const {
   double sum = 0.0;
   for (const Term& term : terms_) {
+    if (term.field == nullptr) break;
     sum += term.weight * (term.sign == 0.0 ? term.field->potential(x)
                                            : term.field->potential(x, term.sign * normals_[node]));
   }
@@ -167,6 +170,7 @@ double ContourLandscape::potential(size_t node, const Point2& x) const {
 Point2 ContourLandscape::gradient(size_t node, const Point2& x) const {
   Point2 sum = Point2::Zero();
   for (const Term& term : terms_) {
+    if (term.field == nullptr) break;
     sum += term.weight * (term.sign == 0.0 ? term.field->gradient(x)
                                            : term.field->gradient(x, term.sign * normals_[node]));
   }

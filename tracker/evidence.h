@@ -77,11 +77,11 @@ class ContourLandscape : public ImageLandscape {
 
  private:
   struct Term {
-    const PotentialField* field;
-    double weight;
-    double sign;  // of the downward normal along which the field should rise; 0: either
+    const PotentialField* field = nullptr;
+    double weight = 0.0;
+    double sign = 0.0;  // of the downward normal along which the field should rise; 0: either
   };
-  std::vector<Term> terms_;
+  std::array<Term, 2> terms_;    // those with a field
   std::vector<Point2> normals_;  // to the right of the walk from the subject's right to left: down
 };
 

@@ -46,6 +46,22 @@ cv::Mat shrink_to_chart(const cv::Mat& image, Similarity& image_from_chart) {
   return small;
 }
 
+// A box of the chart.
+cv::Mat resampled(const cv::Mat& image, Similarity image_from_chart, const cv::Rect& box) {
+  const cv::Mat source = shrink_to_chart(as_bgr(image), image_from_chart);
+  const Similarity& s = image_from_chart;
+  const Point2 corner = s.apply(Point2(box.x, box.y));
+  const cv::Matx23d matrix(s.a, -s.b, corner.x(), s.b, s.a, corner.y());
+  cv::Mat out;
+  cv::warpAffine(source,
+                 out,
+                 matrix,
+                 box.size(),
+                 cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
+                 cv::BORDER_REPLICATE);
+  return out;
+}
+
 }  // namespace
 
 Similarity image_from_chart(const Point2& right_eye_px, const Point2& left_eye_px) {
@@ -62,22 +78,25 @@ cv::Mat as_bgr(const cv::Mat& image) {
   return bgr;
 }
 
-FaceChart make_face_chart(const cv::Mat& image, const Similarity& image_from_chart, bool draft) {
+FaceChart make_face_chart(const cv::Mat& image, const Similarity& image_from_chart) {
   FaceChart chart;
   chart.image_from_chart = image_from_chart;
-  Similarity source_from_chart = image_from_chart;
-  const cv::Mat source = shrink_to_chart(as_bgr(image), source_from_chart);
-  const Similarity& s = source_from_chart;
-  const cv::Matx23d matrix(s.a, -s.b, s.shift.x(), s.b, s.a, s.shift.y());
-  cv::warpAffine(source,
-                 chart.colour,
-                 matrix,
-                 cv::Size(kChartWidth, kChartHeight),
-                 cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
-                 cv::BORDER_REPLICATE);
+  chart.colour = resampled(image, image_from_chart, cv::Rect(0, 0, kChartWidth, kChartHeight));
   cv::cvtColor(chart.colour, chart.grey, cv::COLOR_BGR2GRAY);
-  cv::buildOpticalFlowPyramid(
-      chart.grey, chart.pyramid, cv::Size(kFlowWindow, kFlowWindow), kFlowLevels, !draft);
+  const cv::Size window(kFlowWindow, kFlowWindow);
+  cv::buildOpticalFlowPyramid(chart.grey, chart.pyramid, window, kFlowLevels);
+  // Cut out of the chart for good: a view would look beyond the box where a draft cannot.
+  cv::buildOpticalFlowPyramid(chart.grey(kCoreBox).clone(), chart.core, window, kFlowLevels);
+  return chart;
+}
+
+FaceChart make_draft_chart(const cv::Mat& image, const Similarity& image_from_chart) {
+  FaceChart chart;
+  chart.image_from_chart = image_from_chart;
+  cv::Mat grey;
+  cv::cvtColor(resampled(image, image_from_chart, kCoreBox), grey, cv::COLOR_BGR2GRAY);
+  const cv::Size window(kFlowWindow, kFlowWindow);
+  cv::buildOpticalFlowPyramid(grey, chart.core, window, kFlowLevels, false);
   return chart;
 }
 

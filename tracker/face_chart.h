@@ -22,11 +22,16 @@ inline constexpr int kChartWidth = 193;
 inline constexpr int kChartHeight = 272;
 inline const Point2 kChartEyeMiddle{96.0, 104.0};
 
+// The part that does not move with expression, eyes to base of the nose, with room for the head to
+// have moved.
+inline const cv::Rect kCoreBox{16, 68, 161, 112};
+
 struct FaceChart {
   Similarity image_from_chart;
   cv::Mat colour;                // 8-bit BGR
   cv::Mat grey;                  // 8-bit
   std::vector<cv::Mat> pyramid;  // of grey, for optical flow
+  std::vector<cv::Mat> core;     // pyramid of the core box alone
 };
 
 // The place of the face given its eye centres in the image.
@@ -38,10 +43,9 @@ inline Point2 chart_point(double x_iod, double y_iod) {
 }
 
 // Resamples the frame (8-bit, 1, 3 or 4 channels). Outside the picture the border repeats. A draft
-// can be flowed *to*; only a finished chart can be flowed *from* at full speed.
-FaceChart make_face_chart(const cv::Mat& image,
-                          const Similarity& image_from_chart,
-                          bool draft = false);
+// has nothing but its core, and can only be flowed *to*.
+FaceChart make_face_chart(const cv::Mat& image, const Similarity& image_from_chart);
+FaceChart make_draft_chart(const cv::Mat& image, const Similarity& image_from_chart);
 
 // Any 8-bit picture as 8-bit BGR; empty if it is none.
 cv::Mat as_bgr(const cv::Mat& image);

@@ -13,8 +13,8 @@
 namespace zygoma {
 namespace {
 
-constexpr int kSearchSide = 480;   // px, the longer side of the picture the face is searched in
-constexpr int kSmallestFace = 48;  // px, in that picture
+constexpr int kSearchSide = 320;   // px, the longer side of the picture the face is searched in
+constexpr int kSmallestFace = 32;  // px, in that picture
 // Where the eyes sit in the box of the frontal-face cascade, in box widths.
 constexpr double kEyeX = 0.315;
 constexpr double kEyeY = 0.385;
@@ -114,7 +114,7 @@ std::optional<FaceEyes> FaceFinder::find(const cv::Mat& image) {
   eyes.right_px = corner + width * Point2{kEyeX, kEyeY};
   eyes.left_px = corner + width * Point2{1.0 - kEyeX, kEyeY};
   std::array<std::vector<Point2>, 2> seen;
-  for (const double side : {160.0, 190.0, 220.0}) {
+  for (const double side : {110.0, 130.0}) {
     const double zoom = side / width;
     cv::Mat part;
     cv::resize(
@@ -125,7 +125,7 @@ std::optional<FaceEyes> FaceFinder::find(const cv::Mat& image) {
       const int largest = static_cast<int>(0.36 * side);
       if (part.rows < smallest || part.cols < smallest) continue;
       cascade.detectMultiScale(
-          part, found, 1.06, 2, 0, cv::Size(smallest, smallest), cv::Size(largest, largest));
+          part, found, 1.1, 2, 0, cv::Size(smallest, smallest), cv::Size(largest, largest));
       for (const cv::Rect& r : found) {
         const Point2 centre{upper.x + (r.x + 0.5 * r.width) / zoom,
                             upper.y + (r.y + 0.5 * r.height) / zoom};

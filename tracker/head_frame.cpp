@@ -60,8 +60,8 @@ Similarity best_pair(const std::vector<Point2>& from, const std::vector<Point2>&
   Similarity best;
   double best_median = std::numeric_limits<double>::infinity();
   std::vector<double> errors(from.size());
-  // Every pair of a set thinned to about 16 points: a bounded, repeatable search.
-  const size_t stride = std::max<size_t>(1, from.size() / 16);
+  // Every pair of a set thinned to about 12 points: a bounded, repeatable search.
+  const size_t stride = std::max<size_t>(1, from.size() / 12);
   for (size_t i = 0; i < from.size(); i += stride) {
     for (size_t j = i + stride; j < from.size(); j += stride) {
       if ((from[i] - from[j]).norm() < kMinPairSeparation) continue;

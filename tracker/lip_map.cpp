@@ -12,6 +12,20 @@ constexpr size_t kFewest = 60;          // pixels of either class
 constexpr float kLipLevel = 0.85F;      // of the map at the typical lip
 constexpr float kLeastDistance = 1.2F;  // of the typical lip from skin, in spreads
 
+// 255 (1 - exp(-t)) for t = i / kTableScale; steps of half a level at most.
+constexpr float kTableEnd = 7.99F;
+constexpr float kTableScale = 512.0F;
+const std::vector<float>& saturation() {
+  static const std::vector<float> table = [] {
+    std::vector<float> values(8 * static_cast<size_t>(kTableScale));
+    for (size_t i = 0; i < values.size(); ++i) {
+      values[i] = 255.0F * (1.0F - std::exp(-static_cast<float>(i) / kTableScale));
+    }
+    return values;
+  }();
+  return table;
+}
+
 // Pseudo-hue, share of blue, brightness: all about [0, 1]. The constants keep near-black pixels,
 // whose colour is noise, neutral.
 Eigen::Vector3f features(const cv::Vec3b& bgr) {
@@ -93,14 +107,23 @@ bool LipMap::learn(const cv::Mat& bgr,
 cv::Mat LipMap::apply(const cv::Mat& bgr) const {
   cv::Mat map(bgr.size(), CV_32F);
   const Eigen::Matrix3f scaled = whiten_ / scale_;
+  const Eigen::Vector3f shift = scaled * mean_;
+  const std::vector<float>& table = saturation();
   for (int row = 0; row < bgr.rows; ++row) {
     const cv::Vec3b* in = bgr.ptr<cv::Vec3b>(row);
     float* out = map.ptr<float>(row);
     for (int column = 0; column < bgr.cols; ++column) {
       const Eigen::Vector3f f = features(in[column]);
-      out[column] = learned_
-                        ? 255.0F * (1.0F - std::exp(-0.5F * (scaled * (f - mean_)).squaredNorm()))
-                        : 255.0F * f[0];
+      if (!learned_) {
+        out[column] = 255.0F * f[0];
+        continue;
+      }
+      // whiten_ is a lower triangle.
+      const float a = scaled(0, 0) * f[0] - shift[0];
+      const float b = scaled(1, 0) * f[0] + scaled(1, 1) * f[1] - shift[1];
+      const float c = scaled(2, 0) * f[0] + scaled(2, 1) * f[1] + scaled(2, 2) * f[2] - shift[2];
+      const float half_square = 0.5F * (a * a + b * b + c * c);
+      out[column] = table[static_cast<size_t>(std::min(kTableEnd, half_square) * kTableScale)];
     }
   }
   return map;

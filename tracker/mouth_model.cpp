@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <initializer_list>
 
 namespace zygoma {
 namespace {
@@ -16,38 +15,54 @@ constexpr int kColumns = 24;
 constexpr std::array<double, Mouth::kNumParameters> kMotion{0.1, 0.14, 0.05, 0.05, 0.1, 0.05, 0.06};
 constexpr double kRestWeight = 0.03;
 
-// Piecewise linear through (s, value) pairs.
-double through(std::initializer_list<Point2> knots, double s) {
-  const Point2* before = knots.begin();
-  for (const Point2* k = knots.begin() + 1; k != knots.end(); ++k) {
-    if (s <= k->x() || k + 1 == knots.end()) {
-      const double u = std::clamp((s - before->x()) / (k->x() - before->x()), 0.0, 1.0);
-      return before->y() + u * (k->y() - before->y());
-    }
-    before = k;
-  }
-  return before->y();
+struct Knot {
+  double s;
+  double height;
+};
+constexpr std::array<Knot, 5> kUpperProfile{
+    {{0, 0.86}, {0.26, 1.0}, {0.55, 0.78}, {0.8, 0.42}, {1, 0}}};
+constexpr std::array<Knot, 5> kLowerProfile{
+    {{0, 1.0}, {0.28, 0.96}, {0.6, 0.72}, {0.8, 0.44}, {1, 0}}};
+
+// The lip's height at s, of the parameter for it: piecewise linear.
+double profile(bool upper, double s) {
+  const std::array<Knot, 5>& knots = upper ? kUpperProfile : kLowerProfile;
+  const double q = std::min(1.0, std::abs(s));
+  size_t k = 1;
+  while (k + 1 < knots.size() && q > knots[k].s) ++k;
+  const double u = (q - knots[k - 1].s) / (knots[k].s - knots[k - 1].s);
+  return knots[k - 1].height + u * (knots[k].height - knots[k - 1].height);
 }
 
-// Chart point of the outline at s in [-1, 1] from the subject's right corner to the left.
-Point2 outline(const std::vector<double>& p, bool upper, double s) {
-  const double q = std::abs(s);
-  const double rise =
-      upper ? -p[Mouth::kUpper] *
-                  through({{0, 0.86}, {0.26, 1.0}, {0.55, 0.78}, {0.8, 0.42}, {1, 0}}, q)
-            : p[Mouth::kLower] *
-                  through({{0, 1.0}, {0.28, 0.96}, {0.6, 0.72}, {0.8, 0.44}, {1, 0}}, q);
+// Places along the outline, s in [-1, 1] from the subject's right corner to the left.
+struct Station {
+  double s;
+  double upper;
+  double lower;
+};
+
+std::vector<Station> stations(int count, bool at_ends) {
+  std::vector<Station> list;
+  for (int i = 0; i < count; ++i) {
+    const double s = at_ends ? 2.0 * i / (count - 1) - 1.0 : (2.0 * i + 1.0) / count - 1.0;
+    list.push_back({s, profile(true, s), profile(false, s)});
+  }
+  return list;
+}
+
+Point2 outline(const std::vector<double>& p, bool upper, const Station& at) {
+  const double rise = upper ? -p[Mouth::kUpper] * at.upper : p[Mouth::kLower] * at.lower;
   return chart_point(
-      p[Mouth::kMiddle] + p[Mouth::kHalfWidth] * s,
-      p[Mouth::kHeight] + rise + p[Mouth::kTilt] * s + p[Mouth::kBend] * (1.0 - s * s));
+      p[Mouth::kMiddle] + p[Mouth::kHalfWidth] * at.s,
+      p[Mouth::kHeight] + rise + p[Mouth::kTilt] * at.s + p[Mouth::kBend] * (1.0 - at.s * at.s));
 }
 
 double region_gain(const Evidence& evidence, const std::vector<double>& p) {
+  static const std::vector<Station> columns = stations(kColumns, false);
   double sum = 0.0;
-  for (int i = 0; i < kColumns; ++i) {
-    const double s = (2.0 * i + 1.0) / kColumns - 1.0;
-    const Point2 top = outline(p, true, s);
-    const Point2 bottom = outline(p, false, s);
+  for (const Station& column : columns) {
+    const Point2 top = outline(p, true, column);
+    const Point2 bottom = outline(p, false, column);
     sum += evidence.lip_column(top.x(), top.y(), bottom.y()) -
            kThreshold * std::max(0.0, bottom.y() - top.y());
   }
@@ -67,9 +82,14 @@ double mouth_evidence(const Evidence& evidence, const std::vector<double>& p, bo
 }  // namespace
 
 std::vector<Point2> lip_nodes(const Mouth& mouth, bool upper) {
-  const int n = kFeatureSchema[upper ? kUpperLip : kLowerLip].num_nodes;
+  static const std::vector<Station> upper_nodes =
+      stations(kFeatureSchema[kUpperLip].num_nodes, true);
+  static const std::vector<Station> lower_nodes =
+      stations(kFeatureSchema[kLowerLip].num_nodes, true);
+  const std::vector<Station>& places = upper ? upper_nodes : lower_nodes;
   std::vector<Point2> nodes;
-  for (int i = 0; i < n; ++i) nodes.push_back(outline(mouth.p, upper, 2.0 * i / (n - 1) - 1.0));
+  nodes.reserve(places.size());
+  for (const Station& at : places) nodes.push_back(outline(mouth.p, upper, at));
   return nodes;
 }
 
@@ -99,25 +119,28 @@ Mouth follow_mouth(const Evidence& evidence, const Mouth& last, const Mouth& res
     }
     return mouth_evidence(evidence, p, true) - 0.5 * kRestWeight * far;
   };
+  constexpr double kCoarse = 0.12;  // of the reach
   Mouth open = rest;
   open.p[Mouth::kLower] += 0.2;
   Mouth smile = rest;
   smile.p[Mouth::kHeight] -= 0.1;
   smile.p[Mouth::kHalfWidth] += 0.1;
   smile.p[Mouth::kBend] += 0.06;
-  Mouth best = last;
-  double best_score = -1e300;
-  for (const Mouth* start :
-       {&last, &rest, static_cast<const Mouth*>(&open), static_cast<const Mouth*>(&smile)}) {
-    const std::vector<double> p =
-        climb(family, start->p, start == &last ? 0.16 : 0.12, start == &last ? 0.005 : 0.02);
-    const double value = shape_score(family, p);
-    if (value > best_score) {
-      best_score = value;
-      best.p = p;
+  // Every start climbs as far as coarse steps go; only the best of them all the way.
+  std::vector<double> best;
+  double best_fit = -1e300;
+  for (const std::vector<double>* start : {&last.p,
+                                           &rest.p,
+                                           static_cast<const std::vector<double>*>(&open.p),
+                                           static_cast<const std::vector<double>*>(&smile.p)}) {
+    std::vector<double> p = climb(family, *start, kCoarse, 0.4 * kCoarse);
+    const double fit = shape_score(family, p);
+    if (fit > best_fit) {
+      best_fit = fit;
+      best = std::move(p);
     }
   }
-  return best;
+  return {climb(family, best, 0.25 * kCoarse, 0.005)};
 }
 
 }  // namespace zygoma

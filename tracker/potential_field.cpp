@@ -24,17 +24,43 @@ Point2 bilinear_slope(const cv::Mat& field, double x, double y) {
           0.5 * (bilinear(field, x, y + 1.0) - bilinear(field, x, y - 1.0))};
 }
 
+// The magnitude that a share of the region stays below.
 double percentile_of(const cv::Mat& values, double share) {
-  // Every other pixel of every other row says as much.
+  // One pixel of nine says as much, unless it is the very largest that is wanted.
+  const int stride = share < 1.0 ? 3 : 1;
   std::vector<float> sorted;
-  sorted.reserve(values.total() / 4 + static_cast<size_t>(values.cols));
-  for (int row = 0; row < values.rows; row += 2) {
+  sorted.reserve(values.total());
+  for (int row = 0; row < values.rows; row += stride) {
     const float* line = values.ptr<float>(row);
-    for (int column = 0; column < values.cols; column += 2) sorted.push_back(line[column]);
+    for (int column = 0; column < values.cols; column += stride) sorted.push_back(line[column]);
   }
   const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(sorted.size() - 1));
   std::nth_element(sorted.begin(), sorted.begin() + at, sorted.end());
   return static_cast<double>(sorted[static_cast<size_t>(at)]);
+}
+
+// Central differences of the whole picture at once; the border repeats.
+void differentiate(const cv::Mat& smooth, cv::Mat& dx, cv::Mat& dy, cv::Mat& magnitude) {
+  const int rows = smooth.rows;
+  const int columns = smooth.cols;
+  dx.create(smooth.size(), CV_32F);
+  dy.create(smooth.size(), CV_32F);
+  magnitude.create(smooth.size(), CV_32F);
+  for (int row = 0; row < rows; ++row) {
+    const float* above = smooth.ptr<float>(std::max(0, row - 1));
+    const float* here = smooth.ptr<float>(row);
+    const float* below = smooth.ptr<float>(std::min(rows - 1, row + 1));
+    float* out_x = dx.ptr<float>(row);
+    float* out_y = dy.ptr<float>(row);
+    float* out = magnitude.ptr<float>(row);
+    out_x[0] = 0.5F * (here[1] - here[0]);
+    for (int i = 1; i + 1 < columns; ++i) out_x[i] = 0.5F * (here[i + 1] - here[i - 1]);
+    out_x[columns - 1] = 0.5F * (here[columns - 1] - here[columns - 2]);
+    for (int i = 0; i < columns; ++i) {
+      out_y[i] = 0.5F * (below[i] - above[i]);
+      out[i] = std::sqrt(out_x[i] * out_x[i] + out_y[i] * out_y[i]);
+    }
+  }
 }
 
 }  // namespace
@@ -51,17 +77,16 @@ PotentialField::PotentialField(const cv::Mat& image,
   // The smoothing may look beyond the region (not isolated), so a cut-out equals the whole picture.
   image(region_).convertTo(source, CV_32F);
   cv::Mat smooth;
-  cv::GaussianBlur(
-      source, smooth, cv::Size(), options.sigma_px, options.sigma_px, cv::BORDER_REPLICATE);
-  const cv::Matx<float, 1, 3> difference(-0.5F, 0.0F, 0.5F);
-  const cv::Matx<float, 1, 1> one(1.0F);
-  cv::sepFilter2D(smooth, gradient_x_, CV_32F, difference, one, {-1, -1}, 0, cv::BORDER_REPLICATE);
-  cv::sepFilter2D(smooth, gradient_y_, CV_32F, one, difference, {-1, -1}, 0, cv::BORDER_REPLICATE);
-  cv::magnitude(gradient_x_, gradient_y_, magnitude_);
-  const double norm = std::max(options.floor, percentile_of(magnitude_, options.percentile));
-  gradient_x_ /= norm;
-  gradient_y_ /= norm;
-  magnitude_ /= norm;
+  const int kernel = 2 * static_cast<int>(std::ceil(3.0 * options.sigma_px)) + 1;
+  cv::GaussianBlur(source,
+                   smooth,
+                   cv::Size(kernel, kernel),
+                   options.sigma_px,
+                   options.sigma_px,
+                   cv::BORDER_REPLICATE);
+  differentiate(smooth, gradient_x_, gradient_y_, magnitude_);
+  // Applied where a value is read: far fewer places than pixels.
+  unit_ = 1.0 / std::max(options.floor, percentile_of(magnitude_, options.percentile));
 }
 
 bool PotentialField::contains(const Point2& x) const {
@@ -72,17 +97,30 @@ bool PotentialField::contains(const Point2& x) const {
 
 Point2 PotentialField::image_gradient(const Point2& x) const {
   if (!contains(x)) return Point2::Zero();
-  return {bilinear(gradient_x_, x.x() - region_.x, x.y() - region_.y),
-          bilinear(gradient_y_, x.x() - region_.x, x.y() - region_.y)};
+  const double column = x.x() - region_.x;
+  const double row = x.y() - region_.y;
+  const int i = static_cast<int>(column);
+  const int j = static_cast<int>(row);
+  const auto u = static_cast<float>(column - i);
+  const auto v = static_cast<float>(row - j);
+  const float w00 = (1.0F - u) * (1.0F - v), w01 = u * (1.0F - v);
+  const float w10 = (1.0F - u) * v, w11 = u * v;
+  const auto blend = [&](const cv::Mat& field) {
+    const float* top = field.ptr<float>(j) + i;
+    const float* bottom = field.ptr<float>(j + 1) + i;
+    return unit_ *
+           static_cast<double>(w00 * top[0] + w01 * top[1] + w10 * bottom[0] + w11 * bottom[1]);
+  };
+  return {blend(gradient_x_), blend(gradient_y_)};
 }
 
 double PotentialField::potential(const Point2& x) const {
-  return contains(x) ? -bilinear(magnitude_, x.x() - region_.x, x.y() - region_.y) : 0.0;
+  return contains(x) ? -unit_ * bilinear(magnitude_, x.x() - region_.x, x.y() - region_.y) : 0.0;
 }
 
 Point2 PotentialField::gradient(const Point2& x) const {
   if (!contains(x)) return Point2::Zero();
-  return -bilinear_slope(magnitude_, x.x() - region_.x, x.y() - region_.y);
+  return -unit_ * bilinear_slope(magnitude_, x.x() - region_.x, x.y() - region_.y);
 }
 
 double PotentialField::potential(const Point2& x, const Point2& normal) const {
@@ -93,8 +131,8 @@ Point2 PotentialField::gradient(const Point2& x, const Point2& normal) const {
   if (!contains(x) || normal.dot(image_gradient(x)) <= 0.0) return Point2::Zero();
   const double column = x.x() - region_.x;
   const double row = x.y() - region_.y;
-  return -(normal.x() * bilinear_slope(gradient_x_, column, row) +
-           normal.y() * bilinear_slope(gradient_y_, column, row));
+  return -unit_ * (normal.x() * bilinear_slope(gradient_x_, column, row) +
+                   normal.y() * bilinear_slope(gradient_y_, column, row));
 }
 
 }  // namespace zygoma

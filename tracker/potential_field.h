@@ -41,9 +41,10 @@ class PotentialField {
 
  private:
   cv::Rect region_;
-  cv::Mat gradient_x_;  // float, normalised
+  cv::Mat gradient_x_;  // float, grey levels per px
   cv::Mat gradient_y_;
   cv::Mat magnitude_;
+  double unit_ = 1.0;  // from grey levels per px to the normalised gradient
 };
 
 }  // namespace zygoma

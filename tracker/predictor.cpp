@@ -35,7 +35,6 @@ Flow follow_points(const std::vector<cv::Mat>& first,
   std::vector<cv::Point2f> there = to_float(guess);
   std::vector<cv::Point2f> back = start;
   std::vector<unsigned char> found_there, found_back;
-  cv::Mat error;
   const cv::Size window(kFlowWindow, kFlowWindow);
   const cv::TermCriteria stop(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 10, 0.01);
   cv::calcOpticalFlowPyrLK(first,
@@ -43,21 +42,22 @@ Flow follow_points(const std::vector<cv::Mat>& first,
                            start,
                            there,
                            found_there,
-                           error,
+                           cv::noArray(),
                            window,
                            levels,
                            stop,
                            cv::OPTFLOW_USE_INITIAL_FLOW,
                            1e-4);
   if (check) {
+    // On the finest level alone: it starts where it should end.
     cv::calcOpticalFlowPyrLK(second,
                              first,
                              there,
                              back,
                              found_back,
-                             error,
+                             cv::noArray(),
                              window,
-                             std::min(1, levels),
+                             0,
                              stop,
                              cv::OPTFLOW_USE_INITIAL_FLOW,
                              1e-4);

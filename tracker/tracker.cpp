@@ -47,30 +47,30 @@ struct Keyframe {
   ContourNodes contours;
 };
 
+// A part of the chart made small, less its mean and of unit norm; zero if it is flat.
+cv::Mat small_look(const FaceChart& chart, const cv::Rect& box, const cv::Size& size) {
+  cv::Mat small;
+  cv::resize(chart.grey(box), small, size, 0, 0, cv::INTER_AREA);
+  small.convertTo(small, CV_32F);
+  small -= cv::mean(small);
+  const double norm = cv::norm(small);
+  constexpr double kFlat = 1e-3;  // grey levels, mean spread
+  const bool flat = norm < kFlat * std::sqrt(static_cast<double>(small.total()));
+  small *= flat ? 0.0 : 1.0 / norm;
+  return small;
+}
+
 cv::Mat thumbnail_of(const FaceChart& chart, Part part) {
-  cv::Mat small;
-  cv::resize(chart.grey(kPartBox[part]), small, cv::Size(32, 24), 0, 0, cv::INTER_AREA);
-  small.convertTo(small, CV_32F);
-  return small;
+  return small_look(chart, kPartBox[part], cv::Size(32, 24));
 }
 
-// Normalised cross-correlation of two pictures of the same size, [-1, 1]; 0 for a flat one.
-double correlation(const cv::Mat& p, const cv::Mat& q) {
-  cv::Scalar mean_p, spread_p, mean_q, spread_q;
-  cv::meanStdDev(p, mean_p, spread_p);
-  cv::meanStdDev(q, mean_q, spread_q);
-  if (spread_p[0] < 1e-3 || spread_q[0] < 1e-3) return 0.0;
-  const double product = p.dot(q) / static_cast<double>(p.total()) - mean_p[0] * mean_q[0];
-  return product / (spread_p[0] * spread_q[0]);
-}
-
-// Eyes and nose, small.
+// Eyes and nose.
 cv::Mat core_of(const FaceChart& chart) {
-  cv::Mat small;
-  cv::resize(chart.grey(cv::Rect(44, 84, 105, 70)), small, cv::Size(30, 20), 0, 0, cv::INTER_AREA);
-  small.convertTo(small, CV_32F);
-  return small;
+  return small_look(chart, cv::Rect(44, 84, 105, 70), cv::Size(30, 20));
 }
+
+// Normalised cross-correlation of two small looks, [-1, 1]; 0 for a flat one.
+double correlation(const cv::Mat& p, const cv::Mat& q) { return p.dot(q); }
 
 // The parts of the face that do not move with expression: inner and outer corners of the eyes, the
 // bridge, sides and base of the nose, and a thin grid between them.
@@ -235,29 +235,36 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
 
 // Takes the head's motion off: on return `chart` shows the face where the last chart showed it.
 bool Tracker::Impl::follow_head(const Frame& frame, FaceChart& chart) {
-  Similarity place = last.image_from_chart;
-  FaceChart draft = make_face_chart(frame.image, place, true);
+  const Similarity before = last.image_from_chart;
+  const FaceChart draft = make_draft_chart(frame.image, before);
+  Similarity motion;  // of the face in the draft
   const auto correct = [&](const FaceChart& reference, double least_share) {
-    const Flow flow = follow_points(reference.pyramid, draft.pyramid, rigid, rigid, false);
+    const Point2 corner(kCoreBox.x, kCoreBox.y);
+    std::vector<Point2> start, guess;
+    for (const Point2& p : rigid) {
+      start.push_back(p - corner);
+      guess.push_back(motion.apply(p) - corner);
+    }
+    const Flow flow = follow_points(reference.core, draft.core, start, guess, false);
     std::vector<Point2> from, to;
     for (size_t i = 0; i < rigid.size(); ++i) {
       if (flow.quality[i] < 0.3) continue;
       from.push_back(rigid[i]);
-      to.push_back(flow.points_px[i]);
+      to.push_back(flow.points_px[i] + corner);
     }
     const HeadFrameFit fit = fit_head_frame(from, to);
     const double share =
         fit.inlier_share * static_cast<double>(from.size()) / static_cast<double>(rigid.size());
     if (!fit.ok || share < least_share) return false;
-    double moved = 0.0;
-    for (const Point2& p : rigid) moved = std::max(moved, (fit.similarity.apply(p) - p).norm());
-    if (moved > kStill) place = place.after(fit.similarity);
+    motion = fit.similarity;
     return true;
   };
   if (!correct(last, 0.3)) return false;
   // Against the drift of frame-to-frame motion: the chart the head was first seen in.
-  draft = make_face_chart(frame.image, place, true);
   correct(head_anchor, 0.5);
+  double moved = 0.0;
+  for (const Point2& p : rigid) moved = std::max(moved, (motion.apply(p) - p).norm());
+  const Similarity place = moved > kStill ? before.after(motion) : before;
   const double eyes_px = place.scale() * kChartEyeDistance;
   if (eyes_px < kLeastEyeDistance || eyes_px > frame.image.cols) return false;
   chart = make_face_chart(frame.image, place);
