@@ -1,10 +1,9 @@
 #include "face/solvers/factor.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cassert>
 
-#include "face/solvers/dense.h"
+#include "face/solvers/dense_kernels.h"
 
 namespace zygoma {
 namespace {
@@ -196,29 +195,64 @@ void Factor::assemble(const ColumnMatrix& h, double shift, Front& front) {
 }
 
 bool Factor::compute(const ColumnMatrix& h, double shift) {
+  const DenseKernels& kernels = dense_kernels();
   for (Front& front : fronts_) {
     assemble(h, shift, front);
     const Eigen::Index own = front.panel.cols();
     const Eigen::Index rest = front.panel.rows() - own;
     if (own == 0) continue;  // the seam of two pieces that do not touch
-    if (!dense_cholesky(front.panel.topRows(own))) return false;
+    const int n = static_cast<int>(own);
+    const int rows = static_cast<int>(rest);
+    const int stride = n + rows;
+    double* panel = front.panel.data();
+    if (!kernels.cholesky(panel, n, stride)) return false;
     if (rest == 0) continue;
-    dense_solve_right(front.panel.topRows(own), front.panel.bottomRows(rest));
-    dense_subtract_square(front.panel.bottomRows(rest), front.update);
+    kernels.solve_right(panel, n, stride, panel + n, rows, stride);
+    kernels.subtract_square(panel + n, rows, n, stride, front.update.data(), rows);
   }
   return true;
 }
 
-template <int kColumns>
-void Factor::solve_fronts(Eigen::Ref<Eigen::Matrix<double, Eigen::Dynamic, kColumns>> y) const {
+void Factor::solve_one(double* y) const {
+  const DenseKernels& kernels = dense_kernels();
   const int b = block_;
-  Eigen::Matrix<double, Eigen::Dynamic, kColumns> part;
+  std::vector<double> part;
+  for (const Front& front : fronts_) {
+    const int own = static_cast<int>(front.panel.cols());
+    const int rest = static_cast<int>(front.panel.rows()) - own;
+    if (own == 0) continue;
+    part.resize(rest);
+    kernels.forward(
+        front.panel.data(), own, rest, own + rest, y + b * front.own_begin, part.data());
+    for (std::size_t k = 0; k < front.boundary.size(); ++k) {
+      double* to = y + b * front.boundary[k];
+      for (int i = 0; i < b; ++i) to[i] -= part[b * k + i];
+    }
+  }
+  for (auto it = fronts_.rbegin(); it != fronts_.rend(); ++it) {
+    const Front& front = *it;
+    const int own = static_cast<int>(front.panel.cols());
+    const int rest = static_cast<int>(front.panel.rows()) - own;
+    if (own == 0) continue;
+    part.resize(rest);
+    for (std::size_t k = 0; k < front.boundary.size(); ++k) {
+      const double* from = y + b * front.boundary[k];
+      std::copy(from, from + b, &part[b * k]);
+    }
+    kernels.backward(
+        front.panel.data(), own, rest, own + rest, y + b * front.own_begin, part.data());
+  }
+}
+
+void Factor::solve_many(Eigen::Ref<MatrixXd> y) const {
+  const int b = block_;
+  MatrixXd part;
   for (const Front& front : fronts_) {
     const Eigen::Index own = front.panel.cols();
     const Eigen::Index rest = front.panel.rows() - own;
     if (own == 0) continue;
     auto mine = y.middleRows(b * front.own_begin, own);
-    front.panel.topRows(own).template triangularView<Eigen::Lower>().solveInPlace(mine);
+    front.panel.topRows(own).triangularView<Eigen::Lower>().solveInPlace(mine);
     if (rest == 0) continue;
     part.noalias() = front.panel.bottomRows(rest) * mine;
     for (std::size_t k = 0; k < front.boundary.size(); ++k) {
@@ -238,7 +272,7 @@ void Factor::solve_fronts(Eigen::Ref<Eigen::Matrix<double, Eigen::Dynamic, kColu
       }
       mine.noalias() -= front.panel.bottomRows(rest).transpose() * part;
     }
-    front.panel.topRows(own).template triangularView<Eigen::Lower>().transpose().solveInPlace(mine);
+    front.panel.topRows(own).triangularView<Eigen::Lower>().transpose().solveInPlace(mine);
   }
 }
 
@@ -252,9 +286,9 @@ void Factor::solve(Eigen::Ref<MatrixXd> x) const {
     }
   }
   if (y.cols() == 1) {
-    solve_fronts<1>(y.col(0));
+    solve_one(y.data());
   } else {
-    solve_fronts<Eigen::Dynamic>(y);
+    solve_many(y);
   }
   for (int p = 0; p < num_columns_; ++p) {
     for (int layer = 0; layer < layers; ++layer) {

@@ -53,8 +53,9 @@ class Factor {
   void find_boundaries();
   void place_pieces(const ColumnMatrix& pattern);
   void assemble(const ColumnMatrix& h, double shift, Front& front);
-  template <int kColumns>
-  void solve_fronts(Eigen::Ref<Eigen::Matrix<double, Eigen::Dynamic, kColumns>> y) const;
+  // In elimination order, rows block_ * position; one right-hand side, and several.
+  void solve_one(double* y) const;
+  void solve_many(Eigen::Ref<Eigen::MatrixXd> y) const;
 
   int block_ = 0;
   int num_columns_ = 0;
