@@ -8,7 +8,6 @@
 #include "retarget/calibration.h"
 #include "retarget/estimate.h"
 #include "retarget/head_motion.h"
-#include "retarget/measure_response.h"
 #include "retarget/refine.h"
 #include "src/base/check.h"
 
@@ -283,14 +282,6 @@ ContractionTrack retarget(const std::vector<ContourSet>& contours,
   report.millimetre_per_px = performer.millimetre_per_px;
   report.median_residual_px = median_residual(track);
   return track;
-}
-
-ContractionTrack retarget(const std::vector<ContourSet>& contours,
-                          Simulator& face,
-                          const RetargetOptions& options,
-                          RetargetReport& report,
-                          const StopQuestion& stop) {
-  return retarget(contours, measure_response(face), options, report, stop);
 }
 
 }  // namespace zygoma

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "face/contractions.h"
-#include "face/simulator.h"
 #include "retarget/response.h"
 #include "src/base/stop.h"
 #include "tracker/contour_set.h"
@@ -35,13 +34,6 @@ struct RetargetReport {
 // confidence and success speak of the contours that drive the estimate in every frame: brows, upper
 // lip, chin boss and the better one of hairline and nose tip. The furrows do not count, as they
 // vanish from a face at rest.
-ContractionTrack retarget(const std::vector<ContourSet>& contours,
-                          Simulator& face,
-                          const RetargetOptions& options,
-                          RetargetReport& report,
-                          const StopQuestion& stop = {});
-
-// The same against a face whose response is known already.
 ContractionTrack retarget(const std::vector<ContourSet>& contours,
                           const FaceResponse& face,
                           const RetargetOptions& options,

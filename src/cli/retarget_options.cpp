@@ -17,7 +17,7 @@ void RetargetingOptions::declare(OptionSink& options) {
 }
 
 Retargeted RetargetingOptions::retarget(const std::vector<ContourSet>& contours,
-                                        Simulator& face,
+                                        const FaceResponse& face,
                                         RunContext& context) const {
   RetargetOptions options;
   options.neutral_frame = neutral_frame_;

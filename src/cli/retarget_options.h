@@ -20,7 +20,7 @@ class RetargetingOptions {
  public:
   void declare(OptionSink& options);
   Retargeted retarget(const std::vector<ContourSet>& contours,
-                      Simulator& face,
+                      const FaceResponse& face,
                       RunContext& context) const;
 
  private:

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "face/generic_head.h"
+#include "retarget/measure_response.h"
 #include "retarget/retarget.h"
 #include "src/pipeline/animate_face.h"
 #include "src/pipeline/track_video.h"
@@ -73,7 +74,7 @@ int bench(const std::string& video, int repeats, const char* csv) {
 
     const Stopwatch estimate;
     RetargetReport report;
-    const ContractionTrack track = retarget(tracked.contours, face, {}, report);
+    const ContractionTrack track = retarget(tracked.contours, measure_response(face), {}, report);
     rows[3].ms.push_back(estimate.elapsed_ms());
 
     const AnimationReport animation = animate_face(

@@ -1,6 +1,7 @@
 // zygoma retarget: contours.csv in, contractions.csv out.
 #include <ostream>
 
+#include "retarget/measure_response.h"
 #include "src/cli/command.h"
 #include "src/cli/face_options.h"
 #include "src/cli/retarget_options.h"
@@ -32,7 +33,8 @@ class RetargetCommand : public Command {
     const std::vector<ContourSet> contours = read_contours_csv(contours_path_);
     const OutputFolder folder(folder_);
     AssembledFace face = face_.assemble();
-    const Retargeted result = retargeting_.retarget(contours, face.simulator, context);
+    const Retargeted result =
+        retargeting_.retarget(contours, measure_response(face.simulator), context);
     write_contractions_csv(folder / "contractions.csv", result.track);
 
     Session session = begin_session(name(), context);

@@ -1,7 +1,9 @@
 // zygoma run: a video in, its reconstruction by muscles out. track, retarget and animate in one.
 #include <cstdio>
+#include <future>
 #include <ostream>
 
+#include "retarget/measure_response.h"
 #include "src/cli/command.h"
 #include "src/cli/face_options.h"
 #include "src/cli/retarget_options.h"
@@ -10,6 +12,7 @@
 #include "src/io/contours_file.h"
 #include "src/io/contractions_file.h"
 #include "src/io/output_folder.h"
+#include "src/io/video_reader.h"
 #include "src/pipeline/comparison.h"
 
 namespace zygoma {
@@ -48,8 +51,11 @@ class RunCommand : public Command {
     read_truth();
     const OutputFolder folder(folder_);
     require_not_the_input(folder / "reconstruction.mp4", video_path_);
+    const VideoReader probe(video_path_);  // a bad file is refused before any work begins
     Session session = begin_session(name(), context);
 
+    std::future<PreparedFace> prepared =
+        std::async(std::launch::async, [this] { return prepare_face(); });
     const TrackedVideo tracked = tracking_.track(video_path_, context);
     write_contours_csv(folder / "contours.csv", tracked.contours);
     session.source = source_of(tracked);
@@ -58,9 +64,8 @@ class RunCommand : public Command {
 
     bool stopped = tracked.stopped;
     if (!stopped) {
-      AssembledFace face = face_.assemble();
-      const Retargeted retargeted =
-          retargeting_.retarget(tracked.contours, face.simulator, context);
+      auto [face, response] = prepared.get();
+      const Retargeted retargeted = retargeting_.retarget(tracked.contours, response, context);
       write_contractions_csv(folder / "contractions.csv", retargeted.track);
       session.muscles = retargeted.track.muscles;
       session.neutral_frame = retargeted.report.neutral_frame;
@@ -92,6 +97,18 @@ class RunCommand : public Command {
   }
 
  private:
+  struct PreparedFace {
+    AssembledFace face;
+    FaceResponse response;
+  };
+
+  // Does not depend on the video: done while that is tracked.
+  PreparedFace prepare_face() const {
+    AssembledFace face = face_.assemble();
+    FaceResponse response = measure_response(face.simulator);
+    return {std::move(face), std::move(response)};
+  }
+
   void read_truth() {
     if (!truth_path_.empty()) truth_ = read_contractions_csv(truth_path_);
     if (!truth_contours_path_.empty()) truth_contours_ = read_contours_csv(truth_contours_path_);
