@@ -36,6 +36,7 @@ std::vector<TextureLevel> texture_levels(const Texture& texture) {
     linear[i] = static_cast<float>(c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4));
   }
   TextureLevel level{texture.width, texture.height, {}};
+  level.texels.reserve(texture.rgb.size() / 3);
   for (std::size_t i = 0; i + 2 < texture.rgb.size(); i += 3) {
     level.texels.emplace_back(
         linear[texture.rgb[i]], linear[texture.rgb[i + 1]], linear[texture.rgb[i + 2]]);
@@ -45,6 +46,7 @@ std::vector<TextureLevel> texture_levels(const Texture& texture) {
          levels.back().height % 2 == 0) {
     const TextureLevel& finer = levels.back();
     TextureLevel coarser{finer.width / 2, finer.height / 2, {}};
+    coarser.texels.reserve(finer.texels.size() / 4);
     for (int row = 0; row < coarser.height; ++row) {
       for (int column = 0; column < coarser.width; ++column) {
         const Colour* at = finer.texels.data() + std::size_t(2 * row) * finer.width + 2 * column;
@@ -365,7 +367,7 @@ float Renderer::Impl::open_share(int vertex,
 }
 
 void Renderer::Impl::compute_rest_ambient() {
-  const std::vector<Point> directions = hemisphere(64);
+  const std::vector<Point> directions = hemisphere(32);
   in_parallel(static_cast<int>(points.size()), options.num_threads, [&](int first, int last) {
     for (int v = first; v < last; ++v) rest_ambient[v] = open_share(v, directions, 70.0F);
   });
