@@ -50,8 +50,10 @@ double noise(double x, double y, std::uint32_t seed) {
   const double fy = std::floor(y);
   const int i = static_cast<int>(fx);
   const int j = static_cast<int>(fy);
-  const double u = smooth_step(0.0, 1.0, x - fx);
-  const double v = smooth_step(0.0, 1.0, y - fy);
+  const double p = x - fx;
+  const double q = y - fy;
+  const double u = p * p * (3.0 - 2.0 * p);
+  const double v = q * q * (3.0 - 2.0 * q);
   const double low = lattice(i, j, seed) * (1 - u) + lattice(i + 1, j, seed) * u;
   const double high = lattice(i, j + 1, seed) * (1 - u) + lattice(i + 1, j + 1, seed) * u;
   return low * (1 - v) + high * v;
@@ -97,6 +99,13 @@ class Painter {
         grid.push_back(shape_.front_from_domain(domain_of_texel(i * kStep, j * kStep)));
       }
     }
+    // The domain's x depends on the column only, its y on the row only.
+    std::vector<double> x_of_column, y_of_row;
+    for (int i = 0; i < size_; ++i) {
+      const Vec2 on_diagonal = domain_of_texel(i, i);
+      x_of_column.push_back(on_diagonal.x());
+      y_of_row.push_back(on_diagonal.y());
+    }
     for (int row = 0; row < size_; ++row) {
       for (int column = 0; column < size_; ++column) {
         const Vec2* at = grid.data() + (row / kStep) * nodes + column / kStep;
@@ -105,7 +114,7 @@ class Painter {
         const Vec2 front =
             (1 - v) * ((1 - u) * at[0] + u * at[1]) + v * ((1 - u) * at[nodes] + u * at[nodes + 1]);
         canvas_[std::size_t(row) * size_ + column] =
-            ground_colour(domain_of_texel(column, row), front);
+            ground_colour(Vec2(x_of_column[column], y_of_row[row]), front);
       }
     }
   }
@@ -289,6 +298,10 @@ class Painter {
   }
 
   Colour ground_colour(const Vec2& domain, const Vec2& front) const {
+    // Under thick hair almost nothing is seen of the skin.
+    constexpr double kThick = 1.8;  // mm
+    const double thick = shape_.hair_mm(domain);
+    if (thick > kThick) return hair(domain, thick, identity_.skin_tone);
     Colour colour = skin_colour(domain, front);
     const bool in_front = std::abs(domain.x()) < 75.0 && domain.y() < 60.0 && domain.y() > -120.0;
     if (in_front) {
@@ -306,11 +319,10 @@ class Painter {
       const double ends = smooth_step(8.5, 19.0, x) * smooth_step(55.0, 46.0, x);
       colour = mix(colour, dark_, 0.36 * smooth_step(-0.8, 2.2, inside) * ends);
     }
-    return hair(domain, colour);
+    return hair(domain, thick, colour);
   }
 
-  Colour hair(const Vec2& domain, const Colour& skin) const {
-    const double thick = shape_.hair_mm(domain);
+  Colour hair(const Vec2& domain, double thick, const Colour& skin) const {
     if (thick <= 0.0) return skin;
     // Strands run away from the face.
     const Vec2 from_face = domain - Vec2(0.0, 5.0);

@@ -130,7 +130,7 @@ RigidPart teeth(const HeadShape& shape, bool upper) {
           shape.warp(Vec3(plan.x(), y, plan.y() + belly + (upper ? 0.0 : -0.4))));
       const double gum_line = 0.66 + 0.12 * (1.0 - middle);
       Colour colour =
-          mix(Colour(0.60F, 0.54F, 0.43F), Colour(0.70F, 0.66F, 0.57F), middle * (1.0 - v));
+          mix(Colour(0.76F, 0.66F, 0.49F), Colour(0.88F, 0.80F, 0.65F), middle * (1.0 - v));
       colour = mix(Colour(0.16F, 0.10F, 0.08F), colour, 0.15 + std::pow(middle, 0.35));
       colour = mix(
           colour, Colour(0.42F, 0.13F, 0.12F), smooth_step(gum_line - 0.06, gum_line + 0.04, v));

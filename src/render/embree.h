@@ -23,15 +23,18 @@ inline void find_hits(const int* valid, RTCScene scene, RTCRayHit16* rays) {
 #endif
 }
 
-// tfar becomes negative for rays that hit something.
-inline void find_shadows(const int* valid, RTCScene scene, RTCRay16* rays) {
+// tfar becomes negative for rays that hit something. Coherent: from near places the same way.
+inline void find_shadows(const int* valid, RTCScene scene, RTCRay16* rays, bool coherent) {
 #if RTC_VERSION_MAJOR >= 4
   RTCOccludedArguments arguments;
   rtcInitOccludedArguments(&arguments);
+  arguments.flags = coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
   rtcOccluded16(valid, scene, rays, &arguments);
 #else
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
+  context.flags =
+      coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
   rtcOccluded16(valid, scene, &context, rays);
 #endif
 }

@@ -18,6 +18,8 @@ namespace {
 using Point = Eigen::Vector3f;
 
 constexpr int kPacket = 16;
+static_assert(kPacket == kLanes);
+constexpr int kTile = 16;  // pixels a side
 constexpr float kFar = 1e5F;
 
 // Albedo as linear light, halved again and again: level k has 2^k texels of the original a side.
@@ -34,6 +36,7 @@ std::vector<TextureLevel> texture_levels(const Texture& texture) {
     linear[i] = static_cast<float>(c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4));
   }
   TextureLevel level{texture.width, texture.height, {}};
+  level.texels.reserve(texture.rgb.size() / 3);
   for (std::size_t i = 0; i + 2 < texture.rgb.size(); i += 3) {
     level.texels.emplace_back(
         linear[texture.rgb[i]], linear[texture.rgb[i + 1]], linear[texture.rgb[i + 2]]);
@@ -43,6 +46,7 @@ std::vector<TextureLevel> texture_levels(const Texture& texture) {
          levels.back().height % 2 == 0) {
     const TextureLevel& finer = levels.back();
     TextureLevel coarser{finer.width / 2, finer.height / 2, {}};
+    coarser.texels.reserve(finer.texels.size() / 4);
     for (int row = 0; row < coarser.height; ++row) {
       for (int column = 0; column < coarser.width; ++column) {
         const Colour* at = finer.texels.data() + std::size_t(2 * row) * finer.width + 2 * column;
@@ -109,6 +113,7 @@ struct Hit {
   int triangle = -1;
   float u = 0.0F;
   float v = 0.0F;
+  float depth = 0.0F;  // mm from the camera
 };
 
 }  // namespace
@@ -144,13 +149,15 @@ struct Renderer::Impl {
             const float (&y)[kPacket],
             int count,
             Hit (&hit)[kPacket]) const;
-  Colour shade(const Hit& hit, const Shader& shader) const;
+  // Colours of up to kLanes hits.
+  void shade(const Hit* hit, int count, const Shader& shader, Colour* out) const;
   int part_of(int triangle) const;
   void see_rows(int first, int last);
   void mark_seen();
   void colour_rows(int first, int last, const Shader& shader);
   void smooth_edges(int first, int last, const Shader& shader);
   Colour background(float y) const;
+  double mm_per_px() const;  // where the head is
   void choose_texture_level();
 
   std::shared_ptr<const Anatomy> anatomy;
@@ -166,6 +173,8 @@ struct Renderer::Impl {
   std::vector<std::uint8_t> triangle_part;
   std::vector<int> triangles_begin;  // of a vertex, compressed rows
   std::vector<int> triangles_of;
+  std::vector<int> neighbours_begin;  // of a vertex along edges, compressed rows
+  std::vector<int> neighbours;
   std::vector<Point> normals;
   std::vector<float> rest_ambient;
   std::vector<std::uint8_t> in_hollow;  // vertices whose openness is found anew in each picture
@@ -173,6 +182,7 @@ struct Renderer::Impl {
   std::vector<int> towards_key;         // seen, and not turned away from the key light
   std::vector<std::uint8_t> seen;       // vertices of triangles in this picture, and next to them
   std::vector<int> watched;             // seen, and in a hollow
+  std::vector<float> raw_ambient;       // before it is blurred along the mesh
   std::vector<float> ambient;
   std::vector<float> key;
   std::vector<Colour> part_albedo;  // per vertex; unused for the skin
@@ -233,6 +243,19 @@ void Renderer::Impl::load_meshes() {
   triangles_of.resize(3 * triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (const int v : triangles[t]) triangles_of[next[v]++] = static_cast<int>(t);
+  }
+  neighbours_begin.push_back(0);
+  for (std::size_t v = 0; v < points.size(); ++v) {
+    const auto first = neighbours.end() - neighbours.begin();
+    for (int k = triangles_begin[v]; k < triangles_begin[v + 1]; ++k) {
+      for (const int u : triangles[triangles_of[k]]) {
+        if (u == static_cast<int>(v)) continue;
+        if (std::find(neighbours.begin() + first, neighbours.end(), u) == neighbours.end()) {
+          neighbours.push_back(u);
+        }
+      }
+    }
+    neighbours_begin.push_back(static_cast<int>(neighbours.size()));
   }
   normals.assign(points.size(), Point::Zero());
   ambient.assign(points.size(), 1.0F);
@@ -335,7 +358,7 @@ float Renderer::Impl::open_share(int vertex,
       rays.tfar[i] = reach;
       rays.mask[i] = 0xFFFFFFFFU;
     }
-    find_shadows(valid, scene, &rays);
+    find_shadows(valid, scene, &rays, false);
     for (int i = 0; i < kPacket; ++i) {
       if (valid[i] && rays.tfar[i] >= 0.0F) open += 1.0F;
     }
@@ -344,11 +367,12 @@ float Renderer::Impl::open_share(int vertex,
 }
 
 void Renderer::Impl::compute_rest_ambient() {
-  const std::vector<Point> directions = hemisphere(64);
+  const std::vector<Point> directions = hemisphere(32);
   in_parallel(static_cast<int>(points.size()), options.num_threads, [&](int first, int last) {
     for (int v = first; v < last; ++v) rest_ambient[v] = open_share(v, directions, 70.0F);
   });
   ambient = rest_ambient;
+  raw_ambient = rest_ambient;
   constexpr float kHollow = 0.30F;
   in_hollow.resize(points.size());
   // Only the mouth opens and closes; other hollows keep what they have at rest.
@@ -393,26 +417,36 @@ void Renderer::Impl::mark_seen() {
 }
 
 void Renderer::Impl::light_vertices(const Shader& shader) {
-  static const std::vector<Point> few = hemisphere(16);
+  static const std::vector<Point> few = hemisphere(8);
   constexpr float kMouthReach = 13.0F;  // light bounces about in a mouth: only near things shade
   in_parallel(static_cast<int>(watched.size()), options.num_threads, [&](int first, int last) {
     for (int i = first; i < last; ++i)
-      ambient[watched[i]] = open_share(watched[i], few, kMouthReach);
+      raw_ambient[watched[i]] = open_share(watched[i], few, kMouthReach);
   });
+  // Blurred along the mesh, to hide how few the rays are.
+  for (const int v : watched) {
+    float sum = 2.0F * raw_ambient[v];
+    for (int k = neighbours_begin[v]; k < neighbours_begin[v + 1]; ++k) {
+      sum += raw_ambient[neighbours[k]];
+    }
+    ambient[v] = sum / (2.0F + static_cast<float>(neighbours_begin[v + 1] - neighbours_begin[v]));
+  }
   if (!options.shadows) return;
-  // A few rays per vertex towards an area light; the same ones in every picture.
+  // One ray per vertex towards an area light; the same one in every picture, another one than the
+  // neighbours'.
   const Point l = shader.key_direction();
   Point t;
   Point b;
   frame_of(l, t, b);
   constexpr float kLightSize = 0.10F;
-  constexpr int kRays = 2;
+  constexpr float kShadowReach = 200.0F;  // mm: from the head onto the shoulders
+  constexpr int kRays = 1;
   constexpr int kVertices = kPacket / kRays;  // in a packet
   towards_key.clear();
   for (const int v : in_space_order) {
     if (seen[v] && normals[v].dot(l) > -0.15F) towards_key.push_back(v);
   }
-  std::array<Point, 32> samples;  // of the light, pairs on opposite sides
+  std::array<Point, 32> samples;  // of the light
   for (int i = 0; i < 32; ++i) {
     const float angle =
         3.14159265F * (static_cast<float>(i % 2) + static_cast<float>(i / 2) / 16.0F);
@@ -431,7 +465,7 @@ void Renderer::Impl::light_vertices(const Shader& shader) {
         valid[i] = item < count ? -1 : 0;
         const int v = towards_key[std::min(item, count - 1)];
         const Point from = points[v] + 0.4F * normals[v];
-        const Point& d = samples[2 * ((v * 7) % 16) + i / kVertices];
+        const Point& d = samples[(v * 7) % 32];
         rays.org_x[i] = from.x();
         rays.org_y[i] = from.y();
         rays.org_z[i] = from.z();
@@ -439,10 +473,10 @@ void Renderer::Impl::light_vertices(const Shader& shader) {
         rays.dir_y[i] = d.y();
         rays.dir_z[i] = d.z();
         rays.tnear[i] = 0.3F;
-        rays.tfar[i] = 400.0F;
+        rays.tfar[i] = kShadowReach;
         rays.mask[i] = 0xFFFFFFFFU;
       }
-      find_shadows(valid, scene, &rays);
+      find_shadows(valid, scene, &rays, true);
       for (int i = 0; i < kPacket; ++i) {
         if (valid[i] == 0 || rays.tfar[i] < 0.0F) continue;
         raw[towards_key[g * kVertices + i % kVertices]] += 1.0F / kRays;
@@ -457,13 +491,11 @@ void Renderer::Impl::light_vertices(const Shader& shader) {
           key[v] = raw[v];
           continue;
         }
-        float sum = 2.0F * raw[v];
-        float weight = 2.0F;
-        for (int k = triangles_begin[v]; k < triangles_begin[v + 1]; ++k) {
-          const auto& [p, q, r] = triangles[triangles_of[k]];
-          sum += raw[p] + raw[q] + raw[r];
-          weight += 3.0F;
-        }
+        const int begin = neighbours_begin[v];
+        const int end = neighbours_begin[v + 1];
+        float sum = 4.0F * raw[v];
+        for (int k = begin; k < end; ++k) sum += raw[neighbours[k]];
+        const float weight = 4.0F + static_cast<float>(end - begin);
         key[v] = sum / weight;
       }
     });
@@ -498,7 +530,10 @@ void Renderer::Impl::cast(const float (&x)[kPacket],
   find_hits(valid, scene, &rays);
   for (int i = 0; i < count; ++i) {
     const bool found = rays.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
-    hit[i] = {found ? static_cast<int>(rays.hit.primID[i]) : -1, rays.hit.u[i], rays.hit.v[i]};
+    hit[i] = {found ? static_cast<int>(rays.hit.primID[i]) : -1,
+              rays.hit.u[i],
+              rays.hit.v[i],
+              rays.ray.tfar[i]};
   }
 }
 
@@ -506,31 +541,48 @@ int Renderer::Impl::part_of(int triangle) const {
   return triangle < 0 ? 255 : triangle_part[triangle];
 }
 
-Colour Renderer::Impl::shade(const Hit& hit, const Shader& shader) const {
-  const auto& [a, b, c] = triangles[hit.triangle];
-  const float w = 1.0F - hit.u - hit.v;
-  ShadePoint point;
-  point.normal = (w * normals[a] + hit.u * normals[b] + hit.v * normals[c]).normalized();
-  const Point at = w * points[a] + hit.u * points[b] + hit.v * points[c];
-  point.to_camera = (eye - at).normalized();
-  point.ambient = w * ambient[a] + hit.u * ambient[b] + hit.v * ambient[c];
-  point.key = options.shadows ? w * key[a] + hit.u * key[b] + hit.v * key[c] : 1.0F;
-  const int part = triangle_part[hit.triangle];
-  point.gloss = parts[part].gloss;
-  if (part == 0) {
+void Renderer::Impl::shade(const Hit* hit, int count, const Shader& shader, Colour* out) const {
+  ShadePacket packet;
+  std::array<bool, kLanes> skin{};
+  for (int i = 0; i < kLanes; ++i) {
+    const Hit& h = hit[std::min(i, count - 1)];
+    const auto& [a, b, c] = triangles[h.triangle];
+    const float u = h.u;
+    const float v = h.v;
+    const float w = 1.0F - u - v;
+    const Point normal = w * normals[a] + u * normals[b] + v * normals[c];
+    const Point to_camera = eye - (w * points[a] + u * points[b] + v * points[c]);
+    packet.ambient[i] = w * ambient[a] + u * ambient[b] + v * ambient[c];
+    packet.key[i] = options.shadows ? w * key[a] + u * key[b] + v * key[c] : 1.0F;
+    const int part = triangle_part[h.triangle];
+    packet.gloss[i] = parts[part].gloss;
+    skin[i] = part == 0;
     const std::vector<Eigen::Vector2f>& uv = anatomy->skin.uv;
-    point.albedo = bilinear(*level, w * uv[a] + hit.u * uv[b] + hit.v * uv[c]);
-    // Hair is dark against the skin around it, and rough: it does not shine like skin.
-    point.shine = std::clamp(1.4F * point.albedo.y() / skin_level - 0.25F, 0.12F, 1.0F);
-  } else {
-    point.albedo = w * part_albedo[a] + hit.u * part_albedo[b] + hit.v * part_albedo[c];
+    const Colour albedo = skin[i] ? bilinear(*level, w * uv[a] + u * uv[b] + v * uv[c])
+                                  : w * part_albedo[a] + u * part_albedo[b] + v * part_albedo[c];
+    for (int k = 0; k < 3; ++k) {
+      packet.normal[k][i] = normal[k];
+      packet.to_camera[k][i] = to_camera[k];
+      packet.albedo[k][i] = albedo[k];
+    }
   }
+  for (std::array<Lanes, 3>* direction : {&packet.normal, &packet.to_camera}) {
+    const Lanes per_length = dot(*direction, *direction).max(1e-12F).rsqrt();
+    for (Lanes& part : *direction) part *= per_length;
+  }
+  // Hair is dark against the skin around it, and rough: it does not shine like skin.
+  packet.shine = (1.4F / skin_level * packet.albedo[1] - 0.25F).max(0.12F).min(1.0F);
+  const std::array<Lanes, 3> colour = shader(packet);
   // The inside of the skin, seen through the open mouth: flesh in the dark.
   constexpr float kInside = -0.12F;
-  if (part == 0 && point.normal.dot(point.to_camera) < kInside) {
-    return point.albedo.cwiseProduct(Colour(0.05F, 0.015F, 0.012F));
+  static const Colour flesh(0.05F, 0.015F, 0.012F);
+  const Lanes facing = dot(packet.normal, packet.to_camera);
+  for (int i = 0; i < count; ++i) {
+    const bool inside = skin[i] && facing[i] < kInside;
+    for (int k = 0; k < 3; ++k) {
+      out[i][k] = inside ? packet.albedo[k][i] * flesh[k] : colour[k][i];
+    }
   }
-  return shader(point);
 }
 
 Colour Renderer::Impl::background(float y) const {
@@ -562,12 +614,29 @@ void Renderer::Impl::see_rows(int first, int last) {
 }
 
 void Renderer::Impl::colour_rows(int first, int last, const Shader& shader) {
+  Hit hit[kLanes];
+  Colour colour[kLanes];
+  std::size_t pixels[kLanes];
+  int waiting = 0;
+  const auto flush = [&] {
+    if (waiting == 0) return;
+    shade(hit, waiting, shader, colour);
+    for (int i = 0; i < waiting; ++i) picture[pixels[i]] = colour[i];
+    waiting = 0;
+  };
   for (int row = first; row < last; ++row) {
     const Colour behind = background(static_cast<float>(row));
     for (int column = 0; column < camera.width_px; ++column) {
       const std::size_t pixel = std::size_t(row) * camera.width_px + column;
-      picture[pixel] = hits[pixel].triangle >= 0 ? shade(hits[pixel], shader) : behind;
+      if (hits[pixel].triangle < 0) {
+        picture[pixel] = behind;
+        continue;
+      }
+      hit[waiting] = hits[pixel];
+      pixels[waiting++] = pixel;
+      if (waiting == kLanes) flush();
     }
+    flush();
   }
 }
 
@@ -577,15 +646,22 @@ void Renderer::Impl::smooth_edges(int first, int last, const Shader& shader) {
   float x[kPacket];
   float y[kPacket];
   Hit hit[kPacket];
+  Colour colour[kLanes];
+  int seen_at[kPacket];  // place among those found, -1: background
   std::size_t pixels[kPacket];
   int waiting = 0;  // pixels in the packet
   const auto flush = [&] {
     cast(x, y, waiting * n, hit);
+    int found = 0;
+    for (int i = 0; i < waiting * n; ++i) {
+      seen_at[i] = hit[i].triangle >= 0 ? found : -1;
+      if (hit[i].triangle >= 0) hit[found++] = hit[i];
+    }
+    if (found > 0) shade(hit, found, shader, colour);
     for (int p = 0; p < waiting; ++p) {
       Colour sum = Colour::Zero();
       for (int i = p * n; i < (p + 1) * n; ++i) {
-        const Colour c = hit[i].triangle >= 0 ? shade(hit[i], shader) : background(y[i]);
-        sum += c.cwiseMin(1.2F);
+        sum += (seen_at[i] >= 0 ? colour[seen_at[i]] : background(y[i])).cwiseMin(1.2F);
       }
       picture[pixels[p]] = sum / static_cast<float>(n);
     }
@@ -593,30 +669,40 @@ void Renderer::Impl::smooth_edges(int first, int last, const Shader& shader) {
   };
   std::fill(std::begin(x), std::end(x), 0.0F);
   std::fill(std::begin(y), std::end(y), 0.0F);
-  for (int row = first; row < last; ++row) {
-    for (int column = 0; column < width; ++column) {
-      const std::size_t pixel = std::size_t(row) * width + column;
-      if (!edge[pixel]) continue;
-      for (int k = 0; k < n; ++k) {  // a turned grid: n rows and n columns, one sample each
-        const int turned = (k * 2 + (k * 2) / n) % n;
-        x[waiting * n + k] = static_cast<float>(column) - 0.5F +
-                             (static_cast<float>(k) + 0.5F) / static_cast<float>(n);
-        y[waiting * n + k] = static_cast<float>(row) - 0.5F +
-                             (static_cast<float>(turned) + 0.5F) / static_cast<float>(n);
-      }
-      pixels[waiting++] = pixel;
-      if ((waiting + 1) * n > kPacket) flush();
+  const auto add = [&](int row, int column) {
+    for (int k = 0; k < n; ++k) {  // a turned grid: n rows and n columns, one sample each
+      const int turned = (k * 2 + (k * 2) / n) % n;
+      x[waiting * n + k] = static_cast<float>(column) - 0.5F +
+                           (static_cast<float>(k) + 0.5F) / static_cast<float>(n);
+      y[waiting * n + k] = static_cast<float>(row) - 0.5F +
+                           (static_cast<float>(turned) + 0.5F) / static_cast<float>(n);
     }
+    pixels[waiting++] = std::size_t(row) * width + column;
+    if ((waiting + 1) * n > kPacket) flush();
+  };
+  // Tile by tile, so that the rays of a packet stay together.
+  for (int top = kTile * first; top < std::min(kTile * last, camera.height_px); top += kTile) {
+    const int bottom = std::min(top + kTile, camera.height_px);
+    for (int left = 0; left < width; left += kTile) {
+      for (int row = top; row < bottom; ++row) {
+        for (int column = left; column < std::min(left + kTile, width); ++column) {
+          if (edge[std::size_t(row) * width + column]) add(row, column);
+        }
+      }
+    }
+    // Never a packet across bands: which bands a thread has must not matter.
+    if (waiting > 0) flush();
   }
-  if (waiting > 0) flush();
+}
+
+double Renderer::Impl::mm_per_px() const {
+  return std::abs(camera.camera_from_face.translation().z()) / camera.focal_px;
 }
 
 void Renderer::Impl::choose_texture_level() {
   // Texels per pixel where the camera looks, from the skin vertex nearest to the optical axis.
-  const double distance = std::abs(camera.camera_from_face.translation().z());
-  const double mm_per_px = distance / camera.focal_px;
   const double texels_per_mm = anatomy->skin.albedo.width / 270.0;
-  const double ratio = mm_per_px * texels_per_mm;
+  const double ratio = mm_per_px() * texels_per_mm;
   const int wanted = static_cast<int>(std::lround(std::log2(std::max(1.0, 0.9 * ratio))));
   level = &levels[std::clamp(wanted, 0, static_cast<int>(levels.size()) - 1)];
 }
@@ -651,14 +737,17 @@ void Renderer::render(const std::vector<Vec3>& skin_mm,
   r.light_vertices(shader);
   in_parallel(height, threads, [&](int a, int b) { r.colour_rows(a, b, shader); });
   if (r.options.samples_per_pixel > 1) {
-    // Edges: another part, or another brightness, next door.
+    // Edges: another part, another depth, or a quite different brightness, next door.
     r.edge.assign(std::size_t(width) * height, 0);
+    // A surface that falls off this much from pixel to pixel ends there, or is seen from its side.
+    const auto step_mm = static_cast<float>(8.0 * r.mm_per_px());
     const auto differs = [&](std::size_t p, std::size_t q) {
       if (r.part_of(r.hits[p].triangle) != r.part_of(r.hits[q].triangle)) return true;
       if (r.hits[p].triangle < 0) return false;
+      if (std::abs(r.hits[p].depth - r.hits[q].depth) > step_mm) return true;
       const float a = r.picture[p].y();
       const float b = r.picture[q].y();
-      return std::abs(a - b) > 0.18F * (a + b) + 0.015F;
+      return std::abs(a - b) > 0.30F * (a + b) + 0.015F;
     };
     in_parallel(height, threads, [&](int first, int last) {
       for (int row = first; row < last; ++row) {
@@ -671,7 +760,8 @@ void Renderer::render(const std::vector<Vec3>& skin_mm,
         }
       }
     });
-    in_parallel(height, threads, [&](int a, int b) { r.smooth_edges(a, b, shader); });
+    in_parallel(
+        (height + kTile - 1) / kTile, threads, [&](int a, int b) { r.smooth_edges(a, b, shader); });
   }
   in_parallel(height, threads, [&](int first, int last) {
     for (int row = first; row < last; ++row) {

@@ -6,8 +6,8 @@
 namespace zygoma {
 namespace {
 
-float power(float x, int exponent) {
-  float result = 1.0F;
+Lanes power(Lanes x, int exponent) {
+  Lanes result = Lanes::Ones();
   for (; exponent > 0; exponent >>= 1) {
     if (exponent & 1) result *= x;
     x *= x;
@@ -15,9 +15,27 @@ float power(float x, int exponent) {
   return result;
 }
 
-float wrapped(float cosine, float wrap) { return std::max(0.0F, (cosine + wrap) / (1.0F + wrap)); }
+Lanes positive(const Lanes& x) { return x.max(0.0F); }
 
-float positive(float x) { return std::max(0.0F, x); }
+Lanes wrapped(const Lanes& cosine, float wrap) {
+  return positive((cosine + wrap) * (1.0F / (1.0F + wrap)));
+}
+
+Lanes along(const std::array<Lanes, 3>& v, const Eigen::Vector3f& direction) {
+  return v[0] * direction.x() + v[1] * direction.y() + v[2] * direction.z();
+}
+
+// Half way between the light and the camera, not normalised, and one over its length.
+struct HalfWay {
+  HalfWay(const Eigen::Vector3f& light, const std::array<Lanes, 3>& to_camera)
+      : direction{to_camera[0] + light.x(), to_camera[1] + light.y(), to_camera[2] + light.z()},
+        per_length(dot(direction, direction).max(1e-12F).rsqrt()) {}
+  Lanes cosine(const std::array<Lanes, 3>& v) const {
+    return positive(dot(direction, v) * per_length);
+  }
+  std::array<Lanes, 3> direction;
+  Lanes per_length;
+};
 
 }  // namespace
 
@@ -39,48 +57,49 @@ Shader::Shader(const Lighting& lighting, const Eigen::Matrix3f& face_from_camera
   ground_colour_ = static_cast<float>(lighting.ambient) * Colour(0.15F, 0.13F, 0.12F);
 }
 
-Colour Shader::operator()(const ShadePoint& point) const {
-  const Eigen::Vector3f& n = point.normal;
-  const float facing = positive(n.dot(point.to_camera));
-  const bool skin = point.gloss <= 0.0F;
-
-  const float key_cosine = n.dot(key_);
-  const float fill_cosine = n.dot(fill_);
-  Colour light;
-  if (skin) {
-    // Red light travels further under the skin, so it wraps further round.
-    light = key_colour_.cwiseProduct(
-        Colour(wrapped(key_cosine, 0.30F), wrapped(key_cosine, 0.14F), wrapped(key_cosine, 0.09F)));
-    const float s = point.key;
-    light = light.cwiseProduct(Colour(0.14F + 0.86F * s, 0.05F + 0.95F * s, 0.03F + 0.97F * s));
-  } else {
-    light = key_colour_ * (wrapped(key_cosine, 0.15F) * point.key);
+std::array<Lanes, 3> Shader::operator()(const ShadePacket& packet) const {
+  // Red light travels further under the skin, so it wraps further round, also into a shadow.
+  constexpr std::array<float, 3> kSkinWrap{0.30F, 0.14F, 0.09F};
+  constexpr std::array<float, 3> kSkinBleed{0.14F, 0.05F, 0.03F};
+  const std::array<Lanes, 3>& n = packet.normal;
+  const Lanes& open = packet.ambient;
+  const auto skin = packet.gloss <= 0.0F;
+  const bool all_skin = skin.all();
+  const Lanes facing = positive(dot(n, packet.to_camera));
+  const Lanes key_cosine = along(n, key_);
+  const Lanes fill = wrapped(along(n, fill_), 0.4F) * (0.35F + 0.65F * open);
+  const Lanes sky = 0.5F + 0.5F * along(n, up_);
+  const Lanes edge = power(1.0F - facing, 3);
+  const Lanes rim = (positive(along(n, rim_left_)) + positive(along(n, rim_right_))) *
+                    (0.4F + 0.9F * edge) * open;
+  const HalfWay half(key_, packet.to_camera);
+  const Lanes half_cosine = half.cosine(n);
+  const Lanes fresnel = 0.028F + 0.972F * power(1.0F - half.cosine(packet.to_camera), 5);
+  const Lanes visible = packet.key * positive((4.0F * key_cosine).min(1.0F));
+  const Lanes skin_lobes = packet.shine * fresnel * visible *
+                           (2.6F * power(half_cosine, 14) + 3.2F * power(half_cosine, 48));
+  const Lanes sheen = 0.16F * packet.shine * edge * open;
+  Lanes hard_key = Lanes::Zero(), hard_lobes = Lanes::Zero(), hard_fill = Lanes::Zero();
+  if (!all_skin) {
+    hard_key = wrapped(key_cosine, 0.15F) * packet.key;
+    hard_lobes = packet.gloss * fresnel * visible *
+                 (60.0F * power(half_cosine, 512) + 1.5F * power(half_cosine, 40));
+    hard_fill = packet.gloss * 1.2F * power(HalfWay(fill_, packet.to_camera).cosine(n), 300) * open;
   }
-  const float open = point.ambient;
-  light += fill_colour_ * (wrapped(fill_cosine, 0.4F) * (0.35F + 0.65F * open));
-  const float sky = 0.5F + 0.5F * n.dot(up_);
   // Hollows of the skin light themselves with their own colour.
-  const Colour hollow =
-      skin ? Colour(std::sqrt(open), open, 0.95F * open) : Colour(open, open, open);
-  light += (ground_colour_ + sky * (sky_colour_ - ground_colour_)).cwiseProduct(hollow);
-  const float edge = power(1.0F - facing, 3);
-  const float rim = positive(n.dot(rim_left_)) + positive(n.dot(rim_right_));
-  light += rim_colour_ * (rim * (0.4F + 0.9F * edge) * open);
-
-  Colour colour = point.albedo.cwiseProduct(light);
-  const Eigen::Vector3f half = (key_ + point.to_camera).normalized();
-  const float half_cosine = positive(n.dot(half));
-  const float fresnel = 0.028F + 0.972F * power(1.0F - positive(half.dot(point.to_camera)), 5);
-  const float visible = point.key * positive(std::min(1.0F, 4.0F * key_cosine));
-  if (skin) {
-    const float lobes = 2.6F * power(half_cosine, 14) + 3.2F * power(half_cosine, 48);
-    colour += key_colour_ * (point.shine * fresnel * lobes * visible);
-    colour += sky_colour_ * (0.16F * point.shine * edge * open);
-  } else {
-    const float lobes = 60.0F * power(half_cosine, 512) + 1.5F * power(half_cosine, 40);
-    colour += key_colour_ * (point.gloss * fresnel * lobes * visible);
-    const Eigen::Vector3f half_fill = (fill_ + point.to_camera).normalized();
-    colour += fill_colour_ * (point.gloss * 1.2F * power(positive(n.dot(half_fill)), 300) * open);
+  const std::array<Lanes, 3> hollow{open.sqrt(), open, 0.95F * open};
+  std::array<Lanes, 3> colour;
+  for (int k = 0; k < 3; ++k) {
+    const Lanes base = fill_colour_[k] * fill + rim_colour_[k] * rim;
+    const Lanes hemisphere = ground_colour_[k] + sky * (sky_colour_[k] - ground_colour_[k]);
+    const Lanes soft_key =
+        wrapped(key_cosine, kSkinWrap[k]) * (kSkinBleed[k] + (1.0F - kSkinBleed[k]) * packet.key);
+    colour[k] = packet.albedo[k] * (key_colour_[k] * soft_key + base + hemisphere * hollow[k]) +
+                key_colour_[k] * skin_lobes + sky_colour_[k] * sheen;
+    if (all_skin) continue;
+    const Lanes hard = packet.albedo[k] * (key_colour_[k] * hard_key + base + hemisphere * open) +
+                       key_colour_[k] * hard_lobes + fill_colour_[k] * hard_fill;
+    colour[k] = skin.select(colour[k], hard);
   }
   return colour;
 }

@@ -13,21 +13,28 @@ namespace zygoma {
 
 using Colour = Eigen::Vector3f;
 
-struct ShadePoint {
-  Eigen::Vector3f normal;
-  Eigen::Vector3f to_camera;
-  Colour albedo;
-  float gloss = 0.0F;    // 0: skin, > 0: wet or hard
-  float ambient = 1.0F;  // open share of the hemisphere
-  float key = 1.0F;      // visible share of the key light
-  float shine = 1.0F;    // of skin: strength of its highlights
+// Sixteen points at once, each quantity in a row of its own.
+constexpr int kLanes = 16;
+using Lanes = Eigen::Array<float, kLanes, 1>;
+struct ShadePacket {
+  std::array<Lanes, 3> normal;     // unit
+  std::array<Lanes, 3> to_camera;  // unit
+  std::array<Lanes, 3> albedo;
+  Lanes gloss;    // 0: skin, > 0: wet or hard
+  Lanes ambient;  // open share of the hemisphere
+  Lanes key;      // visible share of the key light
+  Lanes shine;    // of skin: strength of its highlights
 };
+
+inline Lanes dot(const std::array<Lanes, 3>& a, const std::array<Lanes, 3>& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 
 class Shader {
  public:
   // Lights are given in the camera's frame and turned into the face's.
   Shader(const Lighting& lighting, const Eigen::Matrix3f& face_from_camera);
-  Colour operator()(const ShadePoint& point) const;
+  std::array<Lanes, 3> operator()(const ShadePacket& packet) const;
   const Eigen::Vector3f& key_direction() const { return key_; }
 
  private:
