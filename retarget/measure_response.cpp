@@ -181,8 +181,11 @@ std::vector<std::vector<int>> group_muscles(const Eigen::MatrixXd& motion, doubl
 
 class Measurement {
  public:
-  Measurement(Simulator& face, const ResponseOptions& options)
-      : face_(face), probe_(face.anatomy(), options.viewing_distance_mm), rest_(face.rest()) {
+  Measurement(Simulator& face, const ResponseOptions& options, const StopQuestion& stop)
+      : face_(face),
+        stop_(stop),
+        probe_(face.anatomy(), options.viewing_distance_mm),
+        rest_(face.rest()) {
     std::vector<std::string> names;
     for (const Muscle& muscle : face.anatomy().muscles) names.push_back(muscle.name);
     response_ = FaceResponse::zero(names);
@@ -218,6 +221,7 @@ class Measurement {
   }
 
   bool settle(const Controls& controls, FaceState& state) {
+    if (stop_ && stop_()) return false;
     if (!face_.settle(controls, state).converged) ++response_.settles_not_converged;
     return std::all_of(state.positions_mm.begin(), state.positions_mm.end(), [](const Vec3& p) {
       return p.allFinite();
@@ -269,6 +273,7 @@ class Measurement {
   }
 
   Simulator& face_;
+  const StopQuestion& stop_;
   CurveProbe probe_;
   FaceState rest_;
   FaceResponse response_;
@@ -284,9 +289,11 @@ void ResponseOptions::check() const {
           "overlap is " + std::to_string(overlap) + "; expected a value in [0, 1]");
 }
 
-FaceResponse measure_response(Simulator& face, const ResponseOptions& options) {
+FaceResponse measure_response(Simulator& face,
+                              const ResponseOptions& options,
+                              const StopQuestion& stop) {
   options.check();
-  return Measurement(face, options).run(options);
+  return Measurement(face, options, stop).run(options);
 }
 
 }  // namespace zygoma

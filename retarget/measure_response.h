@@ -5,6 +5,7 @@
 
 #include "face/simulator.h"
 #include "retarget/response.h"
+#include "src/base/stop.h"
 
 namespace zygoma {
 
@@ -19,7 +20,10 @@ struct ResponseOptions {
 };
 
 // Asks the face itself: one sensitivity at rest, a handful of settles. Throws InputError when the
-// anatomy has none of the schema's curves.
-FaceResponse measure_response(Simulator& face, const ResponseOptions& options = {});
+// anatomy has none of the schema's curves. When `stop` says so no further settle is begun; what
+// comes back then lacks the rest and is of no use.
+FaceResponse measure_response(Simulator& face,
+                              const ResponseOptions& options = {},
+                              const StopQuestion& stop = {});
 
 }  // namespace zygoma

@@ -4,9 +4,9 @@
 #
 #   bash samples/reconstruct.sh [VIDEO] [options of `zygoma run`...]
 #
-# Without VIDEO: a synthetic performer, filmed first (once, into build/performer), whose true
-# contractions are known, so that the result is compared with them. Results go to
-# build/reconstruction/<name of the video>, or to the folder given with -o.
+# Without VIDEO: the performer in this folder, whose true contractions are known, so that the result
+# can be compared with them. Results go to build/reconstruction/<name of the video>, or to the
+# folder given with -o.
 set -euo pipefail
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
@@ -18,13 +18,10 @@ if [[ $# -gt 0 && "$1" != -* ]]; then
 fi
 options=("$@")
 
-performer="$root/build/performer"
-films_performer=false
 if [[ -z "$video" ]]; then
-  films_performer=true
-  video="$performer/performer.mp4"
-  options=(--truth "$performer/performer.contractions.csv"
-    --truth-contours "$performer/performer.contours.csv" "${options[@]}")
+  video="$root/samples/performer.mp4"
+  options=(--truth "$root/samples/performer.contractions.csv"
+    --truth-contours "$root/samples/performer.contours.csv" "${options[@]}")
 fi
 
 output=
@@ -43,7 +40,7 @@ if [[ -z "$output" ]]; then
   options+=(-o "$output")
 fi
 
-if ! $asks_for_help && ! $films_performer && [[ ! -e "$video" ]]; then
+if ! $asks_for_help && [[ ! -e "$video" ]]; then
   printf 'reconstruct: %s: no such file, expected a video of a face\n' "$video" >&2
   exit 2
 fi
@@ -52,11 +49,6 @@ bash "$root/cmake/setup.sh" zygoma >&2
 if $asks_for_help; then
   sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"
   exec "$root/build/release/zygoma" run --help
-fi
-
-# The tables are written last, so they are there when all is.
-if $films_performer && [[ ! -f "$performer/performer.contours.csv" ]]; then
-  "$root/build/release/zygoma" synth -o "$performer" --duration 4
 fi
 
 status=0

@@ -9,11 +9,18 @@ void FaceOptions::declare(OptionSink& options) {
       {300, 4000},
       "about how many nodes a layer of the lattice face has: more make finer folds and take "
       "longer");
+  options.number("--residual",
+                 residual_,
+                 {1e-8, 0.1},
+                 "share of the load that may be left unbalanced in a settled face: less is slower "
+                 "and closer to the true equilibrium");
 }
 
 AssembledFace FaceOptions::assemble() const {
   auto anatomy = std::make_shared<const Anatomy>(make_generic_head({}, head_));
-  return {anatomy, Simulator(anatomy)};
+  SettleOptions settle;
+  settle.relative_residual = residual_;
+  return {anatomy, Simulator(anatomy, settle)};
 }
 
 void AnimationOptions::declare(OptionSink& options) {

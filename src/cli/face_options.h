@@ -25,6 +25,7 @@ class FaceOptions {
 
  private:
   HeadOptions head_;
+  double residual_ = 1e-4;
 };
 
 class AnimationOptions {

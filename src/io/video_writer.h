@@ -9,8 +9,8 @@
 namespace zygoma {
 
 struct VideoWriterOptions {
-  std::string preset = "veryfast";  // x264's: ultrafast ... veryslow; slower = smaller files
-  int constant_rate_factor = 20;    // [0, 51], 18 = hardly any visible loss, +6 = half the size
+  std::string preset = "superfast";  // x264's: ultrafast ... veryslow; slower = smaller files
+  int constant_rate_factor = 20;     // [0, 51], 18 = hardly any visible loss, +6 = half the size
   int num_threads = 2;
 };
 

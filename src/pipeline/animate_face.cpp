@@ -157,10 +157,12 @@ AnimationReport animate_face(const ContractionTrack& track,
   }
   const int left_px = panel ? panel->size().width : 0;
   const int bars_px = options.bars ? 2 * (height_px * 6 / 25) : 0;
-  cv::Mat canvas(height_px, left_px + height_px + bars_px, CV_8UC3, cv::Scalar::all(0));
+  const int face_px = 2 * (height_px * 2 / 5);
+  cv::Mat canvas(height_px, left_px + face_px + bars_px, CV_8UC3, cv::Scalar::all(0));
   cv::Mat left = canvas.colRange(0, left_px);
-  cv::Mat right = canvas.colRange(left_px, left_px + height_px);
-  cv::Mat bars = canvas.colRange(left_px + height_px, canvas.cols);
+  cv::Mat right = canvas.colRange(left_px, left_px + face_px);
+  cv::Mat bars = canvas.colRange(left_px + face_px, canvas.cols);
+  const ContractionBars chart(track.muscles, bars.size());
 
   Renderer renderer(anatomy, options.render);
   VideoWriter writer(output, canvas.cols, canvas.rows, average_rate(track), options.encoding);
@@ -190,10 +192,10 @@ AnimationReport animate_face(const ContractionTrack& track,
       if (const std::optional<cv::Mat> seen = pictures.next()) seen->copyTo(left);
       const Stopwatch render_watch;
       renderer.render(
-          frame->skin_mm, frame->jaw_rad, face_camera(height_px, height_px, roll_rad[i]), picture);
+          frame->skin_mm, frame->jaw_rad, face_camera(face_px, height_px, roll_rad[i]), picture);
       picture.copyTo(right);
       report.render_figures.total_ms += render_watch.elapsed_ms();
-      if (options.bars) draw_contraction_bars(track.muscles, track.frames[i], bars);
+      if (options.bars) chart.draw(track.frames[i], bars);
       writer.write(canvas, track.frames[i].time_s);
 
       report.settle_figures.total_ms += frame->settle_ms;

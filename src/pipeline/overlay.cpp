@@ -40,14 +40,6 @@ std::string short_name(std::string name) {
   return name;
 }
 
-void draw_bar(cv::Mat& bgr, const cv::Rect& box, double value, bool known) {
-  cv::rectangle(bgr, box, {70, 66, 62}, cv::FILLED);
-  if (!known) return;
-  cv::Rect filled = box;
-  filled.width = static_cast<int>(std::lround(box.width * std::clamp(value, 0.0, 1.0)));
-  if (filled.width > 0) cv::rectangle(bgr, filled, {120, 190, 245}, cv::FILLED);
-}
-
 }  // namespace
 
 void draw_contours(const ContourSet& contours, double scale, cv::Mat& bgr) {
@@ -67,51 +59,64 @@ void draw_contours(const ContourSet& contours, double scale, cv::Mat& bgr) {
   }
 }
 
-void draw_contraction_bars(const std::vector<std::string>& muscles,
-                           const Contractions& contractions,
-                           cv::Mat& bgr) {
-  bgr.setTo(cv::Scalar(38, 35, 32));
-  std::vector<std::pair<std::string, std::size_t>> rows;  // pair name, index of the left muscle
+ContractionBars::ContractionBars(const std::vector<std::string>& muscles, cv::Size size_px)
+    : num_muscles_(muscles.size()), background_(size_px, CV_8UC3, cv::Scalar(38, 35, 32)) {
+  if (background_.empty()) return;
+  std::vector<std::pair<std::string, int>> rows;  // pair name, index of the left muscle
   for (std::size_t i = 0; i < muscles.size(); ++i) {
-    if (const std::string name = pair_name(muscles[i]); !name.empty()) rows.emplace_back(name, i);
+    if (const std::string name = pair_name(muscles[i]); !name.empty()) {
+      rows.emplace_back(name, static_cast<int>(i));
+    }
   }
-  const int num_rows = static_cast<int>(rows.size()) + 2;
-  const double row_px = static_cast<double>(bgr.rows) / num_rows;
+  const int num_rows = static_cast<int>(rows.size()) + 2;  // a head line above, the jaw below
+  const double row_px = static_cast<double>(size_px.height) / num_rows;
   const double font = std::clamp(row_px / 62.0, 0.3, 0.6);
   const int margin = 8;
-  const int half = (bgr.cols - 3 * margin) / 2;
+  const int half = (size_px.width - 3 * margin) / 2;
   const int bar_px = std::max(3, static_cast<int>(row_px * 0.25));
-  const cv::Scalar ink(210, 208, 205);
   const auto label = [&](const std::string& text, int x, double y) {
-    cv::putText(
-        bgr, text, {x, static_cast<int>(y)}, cv::FONT_HERSHEY_SIMPLEX, font, ink, 1, cv::LINE_AA);
+    cv::putText(background_,
+                text,
+                {x, static_cast<int>(y)},
+                cv::FONT_HERSHEY_SIMPLEX,
+                font,
+                {210, 208, 205},
+                1,
+                cv::LINE_AA);
   };
-  const bool known = contractions.value.size() == muscles.size();
+  const auto add_bar = [&](int x, double row_y, int width, int muscle) {
+    const cv::Rect box(x, static_cast<int>(row_y + row_px * 0.56), width, bar_px);
+    cv::rectangle(background_, box, {70, 66, 62}, cv::FILLED);
+    bars_.push_back({box, muscle});
+  };
 
   // The subject's right side is drawn on the left, as it is seen in the picture beside.
   label("right", margin, row_px * 0.7);
   label("left", 2 * margin + half, row_px * 0.7);
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    const auto& [name, left] = rows[row];
-    const double y = row_px * (static_cast<double>(row) + 1.0);
+  double y = row_px;
+  for (const auto& [name, left] : rows) {
     label(short_name(name), margin, y + row_px * 0.42);
-    const int bar_y = static_cast<int>(y + row_px * 0.56);
-    const auto mirrored = std::find(
-        muscles.begin(), muscles.end(), muscles[left].substr(0, muscles[left].size() - 1) + "R");
-    const double right_value =
-        known && mirrored != muscles.end() ? contractions.value[mirrored - muscles.begin()] : 0.0;
-    draw_bar(bgr, {margin, bar_y, half, bar_px}, right_value, known);
-    draw_bar(bgr,
-             {2 * margin + half, bar_y, half, bar_px},
-             known ? contractions.value[left] : 0.0,
-             known);
+    const std::string twin = muscles[left].substr(0, muscles[left].size() - 1) + "R";
+    const auto right = std::find(muscles.begin(), muscles.end(), twin);
+    if (right != muscles.end()) {
+      add_bar(margin, y, half, static_cast<int>(right - muscles.begin()));
+    }
+    add_bar(2 * margin + half, y, half, left);
+    y += row_px;
   }
-  const double y = row_px * (num_rows - 1);
   label("jaw", margin, y + row_px * 0.42);
-  draw_bar(bgr,
-           {margin, static_cast<int>(y + row_px * 0.56), bgr.cols - 2 * margin, bar_px},
-           contractions.jaw,
-           known);
+  add_bar(margin, y, size_px.width - 2 * margin, -1);
+}
+
+void ContractionBars::draw(const Contractions& contractions, cv::Mat& bgr) const {
+  background_.copyTo(bgr);
+  if (contractions.value.size() != num_muscles_) return;  // nothing known of this frame
+  for (const Bar& bar : bars_) {
+    const double value = bar.muscle < 0 ? contractions.jaw : contractions.value[bar.muscle];
+    cv::Rect filled = bar.box;
+    filled.width = static_cast<int>(std::lround(bar.box.width * std::clamp(value, 0.0, 1.0)));
+    if (filled.width > 0) cv::rectangle(bgr, filled, {120, 190, 245}, cv::FILLED);
+  }
 }
 
 }  // namespace zygoma

@@ -14,9 +14,23 @@ namespace zygoma {
 // `scale` maps contour pixels to pixels of `bgr`.
 void draw_contours(const ContourSet& contours, double scale, cv::Mat& bgr);
 
-// One row per muscle pair (left and right bars) and one for the jaw, filling `bgr`.
-void draw_contraction_bars(const std::vector<std::string>& muscles,
-                           const Contractions& contractions,
-                           cv::Mat& bgr);
+// A panel with one row per muscle pair (left and right bars) and one for the jaw. The labels are
+// drawn once.
+class ContractionBars {
+ public:
+  ContractionBars(const std::vector<std::string>& muscles, cv::Size size_px);
+
+  // Fills `bgr`, of the size given; values in the order of the muscles.
+  void draw(const Contractions& contractions, cv::Mat& bgr) const;
+
+ private:
+  struct Bar {
+    cv::Rect box;
+    int muscle = -1;  // -1: the jaw
+  };
+  std::size_t num_muscles_ = 0;
+  std::vector<Bar> bars_;
+  cv::Mat background_;
+};
 
 }  // namespace zygoma

@@ -22,7 +22,7 @@ struct Lighting {
 };
 
 struct RenderOptions {
-  int samples_per_pixel = 4;  // at silhouettes and feature edges; 1 = no anti-aliasing
+  int samples_per_pixel = 2;  // at silhouettes and feature edges; 1 = no anti-aliasing
   bool shadows = true;
   int num_threads = 2;
   Lighting lighting;

@@ -1,5 +1,7 @@
 // zygoma run: a video in, its reconstruction by muscles out. track, retarget and animate in one.
+#include <atomic>
 #include <cstdio>
+#include <functional>
 #include <future>
 #include <ostream>
 
@@ -17,6 +19,12 @@
 
 namespace zygoma {
 namespace {
+
+// Calls `what` when its scope is left, by return or exception.
+struct OnLeaving {
+  std::function<void()> what;
+  ~OnLeaving() { what(); }
+};
 
 class RunCommand : public Command {
  public:
@@ -51,11 +59,14 @@ class RunCommand : public Command {
     read_truth();
     const OutputFolder folder(folder_);
     require_not_the_input(folder / "reconstruction.mp4", video_path_);
-    const VideoReader probe(video_path_);  // a bad file is refused before any work begins
+    { const VideoReader probe(video_path_); }  // a bad file is refused before any work begins
     Session session = begin_session(name(), context);
 
-    std::future<PreparedFace> prepared =
-        std::async(std::launch::async, [this] { return prepare_face(); });
+    std::atomic<bool> abandoned{false};
+    std::future<PreparedFace> prepared = std::async(
+        std::launch::async, [&] { return prepare_face([&] { return abandoned.load(); }); });
+    // Whatever ends this run early, a video without a face or a stop, ends the preparation too.
+    const OnLeaving abandon{[&] { abandoned = true; }};
     const TrackedVideo tracked = tracking_.track(video_path_, context);
     write_contours_csv(folder / "contours.csv", tracked.contours);
     session.source = source_of(tracked);
@@ -103,9 +114,9 @@ class RunCommand : public Command {
   };
 
   // Does not depend on the video: done while that is tracked.
-  PreparedFace prepare_face() const {
+  PreparedFace prepare_face(const StopQuestion& stop) const {
     AssembledFace face = face_.assemble();
-    FaceResponse response = measure_response(face.simulator);
+    FaceResponse response = measure_response(face.simulator, {}, stop);
     return {std::move(face), std::move(response)};
   }
 
