@@ -187,16 +187,16 @@ SettleReport Simulator::settle(const Controls& controls, FaceState& state) {
   return report;
 }
 
-Eigen::MatrixXd Simulator::surface_sensitivity(const Controls& controls, const FaceState& state) {
+Sensitivity Simulator::surface_sensitivity(const Controls& controls, const FaceState& state) {
   Impl& impl = *impl_;
   assert(state.positions_mm.size() == impl.known.size());
   impl.check(controls);
   impl.energy.set_controls(controls.contraction, controls.jaw_rad);
-  impl.solver.factor_at(state.positions_mm, impl.sensitivity_factor);
+  const double shift = impl.solver.factor_at(state.positions_mm, impl.sensitivity_factor);
   // H dx/dc = - d(grad E)/dc
   Eigen::MatrixXd motion = impl.energy.control_forces(state.positions_mm);
   impl.sensitivity_factor.solve(motion);
-  return motion.topRows(3 * impl.energy.lattice().num_columns);
+  return {motion.topRows(3 * impl.energy.lattice().num_columns), shift > 0.0};
 }
 
 void embed_skin(const Anatomy& anatomy, const FaceState& state, std::vector<Vec3>& skin_mm) {

@@ -26,9 +26,19 @@ struct SettleReport {
   bool converged = false;
   int iterations = 0;
   int factorisations = 0;
-  double residual = 0.0;      // largest nodal force left, over the largest at the start from rest
+  double residual = 0.0;      // largest nodal force left, over the load: the largest force of the
+                              // muscles, plus what a fully open jaw asks times its opening
   int inverted_elements = 0;  // elements with negative volume in the result
   double mean_volume_change = 0.0;  // mean |V - V0| / V0
+};
+
+struct Sensitivity {
+  // d(surface position)/d(control): one column per muscle in mm, a last one for the jaw in mm per
+  // rad; rows 3 v + axis over the surface vertices.
+  Eigen::MatrixXd mm;
+  // The state is no strict minimum (buckling, or no equilibrium): the Hessian was shifted until it
+  // was positive definite, and the derivatives are too small.
+  bool damped = false;
 };
 
 class Simulator {
@@ -45,9 +55,8 @@ class Simulator {
   // same state and controls history.
   SettleReport settle(const Controls& controls, FaceState& state);
 
-  // d(surface position)/d(control) at an equilibrium, one column per muscle and a last one for the
-  // jaw in mm per rad; rows 3 v + axis over the surface vertices. From the exact Hessian.
-  Eigen::MatrixXd surface_sensitivity(const Controls& controls, const FaceState& state);
+  // How the surface follows the controls around an equilibrium, from the exact Hessian there.
+  Sensitivity surface_sensitivity(const Controls& controls, const FaceState& state);
 
  private:
   struct Impl;

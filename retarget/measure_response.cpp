@@ -130,12 +130,16 @@ Eigen::VectorXd flatten(const NodeStack& nodes) {
   return Eigen::Map<const Eigen::VectorXd>(nodes.data(), nodes.size());
 }
 
-// d(stack)/d(controls) at an equilibrium; the jaw's column per unit of jaw, not per radian.
+// d(stack)/d(controls) at an equilibrium; the jaw's column per unit of jaw, not per radian. Counts
+// up `num_damped` where the derivatives are only damped ones.
 Eigen::MatrixXd image_sensitivity(Simulator& face,
                                   const CurveProbe& probe,
                                   const Controls& controls,
-                                  const FaceState& state) {
-  const Eigen::MatrixXd surface = face.surface_sensitivity(controls, state);
+                                  const FaceState& state,
+                                  int& num_damped) {
+  const Sensitivity sensitivity = face.surface_sensitivity(controls, state);
+  if (sensitivity.damped) ++num_damped;
+  const Eigen::MatrixXd& surface = sensitivity.mm;
   const CurvePoints points = probe.curves(state);
   Eigen::MatrixXd result(2 * kNumNodes, surface.cols());
   NodeStack nodes;
@@ -203,7 +207,8 @@ class Measurement {
   FaceResponse run(const ResponseOptions& options) {
     Controls controls;
     controls.contraction.assign(response_.muscles.size(), 0.0);
-    response_.linear_mm = image_sensitivity(face_, probe_, controls, rest_);
+    response_.linear_mm =
+        image_sensitivity(face_, probe_, controls, rest_, response_.settles_not_converged);
     measure_saturation(options.overlap);
     measure_jaw();
     return std::move(response_);
@@ -265,7 +270,8 @@ class Measurement {
     const Eigen::VectorXd full = beyond_linear(state, controls);
     response_.quadratic_mm.rightCols<1>() = 8.0 * half - full;
     response_.jaw_cubic_mm = 2.0 * full - 8.0 * half;
-    const Eigen::MatrixXd open = image_sensitivity(face_, probe_, controls, state);
+    const Eigen::MatrixXd open =
+        image_sensitivity(face_, probe_, controls, state, response_.settles_not_converged);
     const Eigen::Index n = response_.num_muscles();
     if (open.allFinite()) {
       response_.jaw_cross_mm = open.leftCols(n) - response_.linear_mm.leftCols(n);

@@ -35,7 +35,8 @@ struct FaceResponse {
   Eigen::VectorXd jaw_cubic_mm;
   Eigen::MatrixXd jaw_cross_mm;  // one column per muscle
 
-  int settles_not_converged = 0;  // while it was built
+  int settles_not_converged =
+      0;  // while it was built; a derivative at no strict minimum counts too
 
   int num_muscles() const { return static_cast<int>(muscles.size()); }
   int num_controls() const { return num_muscles() + 1; }

@@ -217,6 +217,7 @@ ContractionTrack retarget(const std::vector<ContourSet>& contours,
                           const StopQuestion& stop) {
   options.check();
   report = {};
+  report.response_not_converged = face.settles_not_converged;
   ContractionTrack track;
   track.muscles = face.muscles;
 

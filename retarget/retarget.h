@@ -24,6 +24,7 @@ struct RetargetReport {
   double millimetre_per_px = 0.0;  // at the neutral frame, assuming the model's proportions
   int frames_estimated = 0;
   int frames_not_converged = 0;
+  int response_not_converged = 0;  // settles of the face while its response was measured
   double median_residual_px = 0.0;
 };
 

@@ -50,6 +50,7 @@ SessionStage stage_of(const RetargetReport& report, const StageFigures& figures)
   SessionStage stage = stage_of(figures);
   stage.figures.emplace_back("frames_estimated", report.frames_estimated);
   stage.figures.emplace_back("frames_not_converged", report.frames_not_converged);
+  stage.figures.emplace_back("response_not_converged", report.response_not_converged);
   stage.figures.emplace_back("median_residual_px", report.median_residual_px);
   stage.figures.emplace_back("face_unit_px", report.face_unit_px);
   stage.figures.emplace_back("millimetre_per_px", report.millimetre_per_px);
@@ -85,8 +86,17 @@ std::vector<std::string> remarks(const TrackedVideo& tracked) {
 }
 
 std::vector<std::string> remarks(const RetargetReport& report) {
-  if (report.frames_not_converged == 0) return {};
-  return {"the refinement did not converge in " + plural(report.frames_not_converged, "frame")};
+  std::vector<std::string> lines;
+  if (report.frames_not_converged > 0) {
+    lines.push_back("the refinement did not converge in " +
+                    plural(report.frames_not_converged, "frame"));
+  }
+  if (report.response_not_converged > 0) {
+    lines.push_back("the face did not settle fully " +
+                    plural(report.response_not_converged, "time") +
+                    " while its response was measured");
+  }
+  return lines;
 }
 
 std::vector<std::string> remarks(const AnimationReport& report) {
