@@ -25,6 +25,8 @@ const std::array<cv::Rect, kNumParts> kPartBox{cv::Rect(20, 58, 153, 44),
 
 constexpr double kStill = 0.02;             // chart px: below it the head has not moved
 constexpr double kLeastEyeDistance = 12.0;  // px
+constexpr double kChinFollowsLip = 0.8;     // share of the lower lip's motion
+constexpr double kTrustedSight = 0.5;       // quality of flow from which the lip is not asked
 constexpr double kFurrowPull = 0.2;         // per frame, at the lower end
 constexpr double kClearEdge = 0.25;  // evidence, of which one is the strongest edges of the face
 constexpr double kSameScene = 0.5;   // correlation of the middle of the face, frame to frame
@@ -104,6 +106,17 @@ void join_lip_ends(ContourNodes& contours) {
   join(contours[kUpperLip].back(), contours[kLowerLip].back());
 }
 
+Point2 middle_of(const std::vector<Point2>& nodes) {
+  Point2 sum = Point2::Zero();
+  for (const Point2& p : nodes) sum += p;
+  return sum / static_cast<double>(nodes.size());
+}
+
+std::vector<Point2> shifted(std::vector<Point2> nodes, const Point2& offset) {
+  for (Point2& p : nodes) p += offset;
+  return nodes;
+}
+
 }  // namespace
 
 void TrackerOptions::check() const {
@@ -129,6 +142,7 @@ struct Tracker::Impl {
   int coasted = 0;
   FaceChart last;
   ContourNodes contours;
+  ContourNodes at_start;  // where the contours were placed
   LipMap lips;
   Mouth mouth;
   Mouth rest;  // where it started
@@ -145,6 +159,8 @@ struct Tracker::Impl {
   void look_again(const Frame& frame);
   void restart_from(const FaceChart& chart, const ContourNodes& given_nodes = {});
   bool follow(const Frame& frame);
+  std::vector<Point2> follow_chin(const std::vector<Point2>& flowed,
+                                  const std::vector<double>& quality) const;
   bool follow_head(const Frame& frame, FaceChart& chart);
   void follow_contours(const FaceChart& chart);
   void judge(const Evidence& evidence,
@@ -216,6 +232,7 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
   for (size_t f = 0; f < kNumFeatures; ++f) {
     if (!given_nodes[f].empty()) contours[f] = given_nodes[f];
   }
+  at_start = contours;
   rest = mouth;
   const Evidence evidence = make_evidence(chart, lips);
   for (size_t f = 0; f < kNumFeatures; ++f) {
@@ -270,6 +287,30 @@ bool Tracker::Impl::follow_head(const Frame& frame, FaceChart& chart) {
   chart = make_face_chart(frame.image, place);
   // A cut to something else: the middle of the face no longer looks like it did a frame ago.
   return correlation(core_of(chart), core_of(last)) > kSameScene;
+}
+
+// The chin is too smooth to say how its contour bends or how far along it a node has slid; it says
+// where it is. So the contour keeps its shape and goes where the flow of its nodes says, as far as
+// that can be trusted, else with the middle of the lower lip: one bone carries both.
+std::vector<Point2> Tracker::Impl::follow_chin(const std::vector<Point2>& flowed,
+                                               const std::vector<double>& quality) const {
+  const std::vector<Point2>& shape = at_start[kChinBoss];
+  Point2 by_flow = Point2::Zero();
+  double weight = 0.0;
+  double sight = 0.0;
+  for (size_t i = 0; i < shape.size(); ++i) {
+    const double w = 0.02 + quality[i];
+    by_flow += w * (flowed[i] - shape[i]);
+    weight += w;
+    sight += quality[i] / static_cast<double>(shape.size());
+  }
+  by_flow /= weight;
+  const std::vector<Point2>& lip = contours[kLowerLip];
+  const std::vector<Point2>& lip_then = at_start[kLowerLip];
+  const Point2 by_lip(
+      0.0, kChinFollowsLip * (lip[lip.size() / 2].y() - lip_then[lip_then.size() / 2].y()));
+  const double trust = std::clamp(sight / kTrustedSight, 0.0, 1.0);
+  return shifted(shape, trust * by_flow + (1.0 - trust) * by_lip);
 }
 
 void Tracker::Impl::follow_contours(const FaceChart& chart) {
@@ -347,6 +388,7 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
       target[f][i] += share * (usual[i] - target[f][i]);
     }
   }
+  target[kChinBoss] = follow_chin(target[kChinBoss], quality[kChinBoss]);
   for (const FeatureIndex f : {kUpperLip, kLowerLip}) {
     const std::vector<Point2> model = lip_nodes(mouth, f == kUpperLip);
     for (size_t i = 0; i < model.size(); ++i) {
@@ -366,6 +408,8 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
     report.relax_iterations += snake.relax(&landscape).iterations;
     contours[f] = resample(snake.nodes(), static_cast<int>(contours[f].size()));
   }
+  contours[kChinBoss] =
+      shifted(at_start[kChinBoss], middle_of(contours[kChinBoss]) - middle_of(at_start[kChinBoss]));
   join_lip_ends(contours);
   judge(evidence, quality);
 }
