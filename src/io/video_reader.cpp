@@ -17,6 +17,7 @@ extern "C" {
 }
 
 #include "src/base/check.h"
+#include "src/io/av_handles.h"
 #include "src/io/quiet.h"
 #include "src/io/video_clock.h"
 
@@ -31,15 +32,6 @@ constexpr double kNoStamp = std::numeric_limits<double>::quiet_NaN();
 
 struct CloseContainer {
   void operator()(AVFormatContext* container) const { avformat_close_input(&container); }
-};
-struct FreeCodec {
-  void operator()(AVCodecContext* codec) const { avcodec_free_context(&codec); }
-};
-struct FreeFrame {
-  void operator()(AVFrame* frame) const { av_frame_free(&frame); }
-};
-struct FreePacket {
-  void operator()(AVPacket* packet) const { av_packet_free(&packet); }
 };
 
 void require_readable(const std::string& path) {

@@ -18,6 +18,7 @@ extern "C" {
 }
 
 #include "src/base/check.h"
+#include "src/io/av_handles.h"
 #include "src/io/quiet.h"
 #include "src/io/text.h"
 
@@ -26,15 +27,6 @@ namespace {
 
 constexpr int kTicksPerSecond = 90000;  // holds 24, 25, 30, 60 and 30000/1001 frames/s exactly
 
-struct FreeCodec {
-  void operator()(AVCodecContext* codec) const { avcodec_free_context(&codec); }
-};
-struct FreeFrame {
-  void operator()(AVFrame* frame) const { av_frame_free(&frame); }
-};
-struct FreePacket {
-  void operator()(AVPacket* packet) const { av_packet_free(&packet); }
-};
 struct FreeScaler {
   void operator()(SwsContext* scaler) const { sws_freeContext(scaler); }
 };

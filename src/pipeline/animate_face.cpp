@@ -23,12 +23,6 @@ struct SettledFrame {
   double settle_ms = 0.0;
 };
 
-int panel_height(const AnimateOptions& options, const VideoReader* video) {
-  if (options.panel_height_px > 0) return options.panel_height_px;
-  if (video == nullptr) return 480;
-  return std::clamp(video->info().height_px, 240, 720);
-}
-
 // Head roll over the clip, smoothed with a zero-lag window: the tracked roll is noisy from frame to
 // frame and a head is heavy.
 std::vector<double> smooth_roll_rad(const ContractionTrack& track) {
@@ -60,9 +54,11 @@ Camera face_camera(int width_px, int height_px, double roll_rad) {
 // before the track does.
 class PerformancePanel {
  public:
+  // height_px 0: the video's own, within reason.
   PerformancePanel(const Performance& performance, int height_px)
       : performance_(performance), reader_(performance.video_path) {
     const VideoInfo& info = reader_.info();
+    if (height_px == 0) height_px = std::clamp(info.height_px, 240, 720);
     scale_ = static_cast<double>(height_px) / info.height_px;
     size_ = {2 * static_cast<int>(std::lround(0.5 * scale_ * info.width_px)), height_px};
   }
@@ -149,12 +145,9 @@ AnimationReport animate_face(const ContractionTrack& track,
   const int num_frames = static_cast<int>(track.frames.size());
 
   std::optional<PerformancePanel> panel;
-  int height_px = options.panel_height_px > 0 ? options.panel_height_px : 480;
-  if (performance) {
-    const VideoReader probe(performance->video_path);
-    height_px = panel_height(options, &probe);
-    panel.emplace(*performance, height_px);
-  }
+  if (performance) panel.emplace(*performance, options.panel_height_px);
+  const int alone_px = options.panel_height_px > 0 ? options.panel_height_px : 480;
+  const int height_px = panel ? panel->size().height : alone_px;
   const int left_px = panel ? panel->size().width : 0;
   const int bars_px = options.bars ? 2 * (height_px * 6 / 25) : 0;
   const int face_px = 2 * (height_px * 2 / 5);

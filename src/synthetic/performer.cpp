@@ -11,6 +11,7 @@
 #include "src/synthetic/random.h"
 #include "src/synthetic/schedule.h"
 #include "tracker/feature_schema.h"
+#include "tracker/snake.h"
 
 namespace zygoma {
 namespace {
@@ -18,23 +19,6 @@ namespace {
 constexpr double kFaceShare = 0.5;  // of the picture's height, chin to hairline
 
 using Polyline = std::vector<Point2>;
-
-Polyline resample(const Polyline& line, int num_points) {
-  std::vector<double> arc(line.size(), 0.0);
-  for (std::size_t i = 1; i < line.size(); ++i) {
-    arc[i] = arc[i - 1] + (line[i] - line[i - 1]).norm();
-  }
-  Polyline result;
-  std::size_t segment = 0;
-  for (int k = 0; k < num_points; ++k) {
-    const double at = arc.back() * k / (num_points - 1);
-    while (segment + 2 < line.size() && arc[segment + 1] < at) ++segment;
-    const double length = arc[segment + 1] - arc[segment];
-    const double t = length > 0.0 ? std::clamp((at - arc[segment]) / length, 0.0, 1.0) : 0.0;
-    result.push_back((1.0 - t) * line[segment] + t * line[segment + 1]);
-  }
-  return result;
-}
 
 // The nine contours as the camera sees them.
 ContourSet project_contours(const Anatomy& anatomy,
