@@ -28,8 +28,9 @@ PrismCorners corners(const Prism& prism, const std::vector<Vec3>& x) {
 void add_piece(ColumnMatrix& h, int offset, const Eigen::Matrix3d& piece) {
   if (offset < 0) return;
   double* values = &h.values[offset];
+  const int rows = h.rows(0);  // the same in every column
   for (int c = 0; c < 3; ++c) {
-    for (int r = 0; r < 3; ++r) values[c * h.block + r] += piece(r, c);
+    for (int r = 0; r < 3; ++r) values[c * rows + r] += piece(r, c);
   }
 }
 
@@ -207,8 +208,12 @@ void FaceEnergy::find_slots() {
 }
 
 ColumnMatrix FaceEnergy::make_pattern() const {
+  std::vector<std::vector<int>> nodes(lattice_.num_columns);
+  for (int node = 0; node < lattice_.num_free_nodes(); ++node) {
+    nodes[node % lattice_.num_columns].push_back(node);
+  }
   ColumnMatrix h;
-  h.reset(lattice_.num_columns, 3 * (lattice_.num_node_layers - 1), lattice_.edges);
+  h.reset(std::move(nodes), lattice_.edges);
   return h;
 }
 

@@ -27,26 +27,20 @@ double largest_force(const VectorXd& gradient) {
   return std::sqrt(largest2);
 }
 
-std::vector<Vec3> surface_part(const std::vector<Vec3>& positions, int count) {
-  return {positions.begin(), positions.begin() + count};
-}
-
 }  // namespace
 
 EquilibriumSolver::EquilibriumSolver(const FaceEnergy& energy)
-    : energy_(energy),
-      hessian_(energy.make_pattern()),
-      factor_(surface_part(energy.lattice().rest_mm, energy.lattice().num_columns), hessian_) {}
+    : energy_(energy), hessian_(energy.make_pattern()), factor_(hessian_) {}
 
 double EquilibriumSolver::factor_at(const std::vector<Vec3>& x,
                                     Factor& factor,
                                     double first_shift) {
   energy_.hessian(x, hessian_);
   double mean_diagonal = 0.0;
-  for (int v = 0; v < hessian_.num_columns; ++v) {
+  for (int v = 0; v < hessian_.num_columns(); ++v) {
     mean_diagonal += hessian_.diagonal(v).diagonal().cwiseAbs().mean();
   }
-  mean_diagonal /= hessian_.num_columns;
+  mean_diagonal /= hessian_.num_columns();
   const double smallest_shift = kSmallestShift * mean_diagonal;
   double shift = first_shift < smallest_shift ? 0.0 : first_shift;
   while (!factor.compute(hessian_, shift)) {

@@ -5,7 +5,6 @@
 #include <random>
 
 #include "face/prism.h"
-#include "face/solvers/factor.h"
 #include "face/tissue.h"
 #include "tests/support/face_patch.h"
 
@@ -157,10 +156,10 @@ TEST(FaceEnergy, GradientAndHessianMatchCentralDifferences) {
     // The assembled matrix is the same operator.
     ColumnMatrix hessian = energy.make_pattern();
     energy.hessian(x, hessian);
-    const int n = hessian.num_columns;
+    const int n = hessian.num_columns();
     Eigen::VectorXd assembled = Eigen::VectorXd::Zero(flat.size());
     const auto row = [&](int column, int r) { return 3 * ((r / 3) * n + column) + r % 3; };
-    for (int r = 0; r < hessian.block; ++r) {
+    for (int r = 0; r < hessian.rows(0); ++r) {
       for (int c = 0; c <= r; ++c) {
         for (int v = 0; v < n; ++v) {
           const double a = hessian.diagonal(v)(r, c);
@@ -169,8 +168,8 @@ TEST(FaceEnergy, GradientAndHessianMatchCentralDifferences) {
         }
       }
     }
-    for (int r = 0; r < hessian.block; ++r) {
-      for (int c = 0; c < hessian.block; ++c) {
+    for (int r = 0; r < hessian.rows(0); ++r) {
+      for (int c = 0; c < hessian.rows(0); ++c) {
         for (std::size_t e = 0; e < hessian.edges.size(); ++e) {
           const double a = hessian.edge(e)(r, c);
           assembled[row(hessian.edges[e][1], r)] += a * flat[row(hessian.edges[e][0], c)];
@@ -180,32 +179,6 @@ TEST(FaceEnergy, GradientAndHessianMatchCentralDifferences) {
     }
     EXPECT_LT((assembled - product).norm(), 1e-10 * product.norm());
   }
-}
-
-TEST(Factor, SolvesWhatTheHessianMultiplies) {
-  const Anatomy anatomy = make_face_patch(small_patch());
-  FaceEnergy energy(anatomy, make_lattice(anatomy));
-  const std::vector<Vec3>& x = energy.lattice().rest_mm;
-  ColumnMatrix hessian = energy.make_pattern();
-  energy.hessian(x, hessian);
-  Factor factor({x.begin(), x.begin() + energy.lattice().num_columns}, hessian);
-  ASSERT_TRUE(factor.compute(hessian, 0.0));
-  Random random(5);
-  std::vector<Vec3> motion(x.size(), Vec3::Zero());
-  for (int k = 0; k < energy.lattice().num_free_nodes(); ++k) motion[k] = random.vector();
-  const Eigen::VectorXd product = energy.hessian_times(x, motion);
-  Eigen::MatrixXd both(product.size(), 2);
-  both.col(0) = product;
-  both.col(1) = -2.0 * product;
-  Eigen::MatrixXd one = product;
-  factor.solve(both);
-  factor.solve(one);
-  for (Eigen::Index k = 0; k < product.size(); ++k) {
-    EXPECT_NEAR(one(k, 0), motion[k / 3][k % 3], 1e-9);
-    EXPECT_NEAR(both(k, 0), motion[k / 3][k % 3], 1e-9);
-    EXPECT_NEAR(both(k, 1), -2.0 * motion[k / 3][k % 3], 1e-9);
-  }
-  EXPECT_FALSE(factor.compute(hessian, -1e9));
 }
 
 }  // namespace
