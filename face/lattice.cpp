@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 
+#include "face/lattice_build.h"
 #include "face/prism.h"
 #include "src/base/check.h"
 
@@ -55,7 +56,7 @@ void collect_edges(const SurfaceMesh& surface, Lattice& lattice) {
       ++uses[{std::min(a, b), std::max(a, b)}];
     }
   }
-  lattice.neighbors.assign(lattice.num_columns, {});
+  lattice.neighbors.assign(lattice.num_vertices, {});
   for (const auto& [edge, count] : uses) {
     require(count <= 2,
             "surface edge " + std::to_string(edge[0]) + "-" + std::to_string(edge[1]) +
@@ -64,29 +65,24 @@ void collect_edges(const SurfaceMesh& surface, Lattice& lattice) {
     lattice.neighbors[edge[0]].push_back(edge[1]);
     lattice.neighbors[edge[1]].push_back(edge[0]);
   }
-  for (int v = 0; v < lattice.num_columns; ++v) {
+  for (int v = 0; v < lattice.num_vertices; ++v) {
     require(!lattice.neighbors[v].empty(),
             "surface vertex " + std::to_string(v) + ": belongs to no triangle");
     std::sort(lattice.neighbors[v].begin(), lattice.neighbors[v].end());
   }
 }
 
-Vec3 area_vector(const SurfaceMesh& surface, const Triangle& t) {
-  const Vec3& a = surface.positions_mm[t[0]];
-  return 0.5 * (surface.positions_mm[t[1]] - a).cross(surface.positions_mm[t[2]] - a);
-}
-
 // Smoothed normals, turned where needed until every triangle around a vertex sees its direction
 // from outside (else a prism would be inside out whatever its depth).
 std::vector<Vec3> extrusion_directions(const SurfaceMesh& surface, const Lattice& lattice) {
   std::vector<Vec3> direction = smooth_normals(surface, lattice.neighbors, kNormalRounds);
-  std::vector<std::vector<Vec3>> faces(lattice.num_columns);
+  std::vector<std::vector<Vec3>> faces(lattice.num_vertices);
   for (const Triangle& t : surface.triangles) {
     const Vec3 n = area_vector(surface, t).normalized();
     for (const int v : t) faces[v].push_back(n);
   }
   constexpr double kSmallestCosine = 0.35;
-  for (int v = 0; v < lattice.num_columns; ++v) {
+  for (int v = 0; v < lattice.num_vertices; ++v) {
     for (int round = 0; round < 30; ++round) {
       const auto worst =
           std::min_element(faces[v].begin(), faces[v].end(), [&](const Vec3& a, const Vec3& b) {
@@ -99,52 +95,35 @@ std::vector<Vec3> extrusion_directions(const SurfaceMesh& surface, const Lattice
   return direction;
 }
 
-PrismCorners prism_at_rest(const Lattice& lattice, const Triangle& t, int layer) {
+// How well a prism of a triangle is filled: volume against the upper triangle's area times the
+// height, and no corner of the lower triangle turned over.
+double fill(const LatticeBuild& build, const Triangle& t, double upper_share, double lower_share) {
   PrismCorners x;
   for (int c = 0; c < 3; ++c) {
-    x[c] = lattice.rest_mm[layer * lattice.num_columns + t[c]];
-    x[c + 3] = lattice.rest_mm[(layer + 1) * lattice.num_columns + t[c]];
+    x[c] = build.below(t[c], upper_share);
+    x[c + 3] = build.below(t[c], lower_share);
   }
-  return x;
-}
-
-// How well a prism is filled: volume against the upper triangle's area times the height, and no
-// corner of the lower triangle turned over.
-double fill(const PrismCorners& x, double height_mm) {
   PrismCorners unused;
   const Vec3 upper = 0.5 * (x[1] - x[0]).cross(x[2] - x[0]);
   const Vec3 lower = 0.5 * (x[4] - x[3]).cross(x[5] - x[3]);
   const double area = upper.norm();
+  const double height_mm = (lower_share - upper_share) * build.mean(build.depth_mm, t);
   const double by_volume = prism_volume(x, unused) / (area * height_mm);
   const double by_base = 2.0 * lower.dot(upper) / (area * area);
   return std::min(by_volume, by_base);
 }
 
-void extrude(const SurfaceMesh& surface,
-             const std::vector<Vec3>& direction,
-             const LatticeOptions& options,
-             Lattice& lattice) {
-  for (int v = 0; v < lattice.num_columns; ++v) {
-    lattice.rest_mm[v] = surface.positions_mm[v];
-    for (int layer = 1; layer < lattice.num_node_layers; ++layer) {
-      const double share = options.layers[layer - 1].bottom_share;
-      lattice.rest_mm[layer * lattice.num_columns + v] =
-          surface.positions_mm[v] - (share * lattice.depth_mm[v]) * direction[v];
-    }
-  }
-}
-
-// Shares the wish of every column with its neighbours so that the depth changes gently.
-void limit_depth_slope(const SurfaceMesh& surface, Lattice& lattice) {
+// Shares the wish of every vertex with its neighbours so that the depth changes gently.
+void limit_depth_slope(LatticeBuild& build) {
   constexpr double kLargestSlope = 0.6;
   // To the fixed point, which does not depend on the order of the edges.
   for (bool changed = true; changed;) {
     changed = false;
-    for (const auto& [a, b] : lattice.edges) {
+    for (const auto& [a, b] : build.lattice.edges) {
       const double reach =
-          kLargestSlope * (surface.positions_mm[a] - surface.positions_mm[b]).norm();
-      double& da = lattice.depth_mm[a];
-      double& db = lattice.depth_mm[b];
+          kLargestSlope * (build.surface.positions_mm[a] - build.surface.positions_mm[b]).norm();
+      double& da = build.depth_mm[a];
+      double& db = build.depth_mm[b];
       changed = changed || da > db + reach || db > da + reach;
       da = std::min(da, db + reach);
       db = std::min(db, da + reach);
@@ -153,34 +132,29 @@ void limit_depth_slope(const SurfaceMesh& surface, Lattice& lattice) {
 }
 
 // Thins the tissue where a prism would be inside out or nearly so, round by round.
-void fit_depth(const SurfaceMesh& surface, const LatticeOptions& options, Lattice& lattice) {
-  const std::vector<Vec3> direction = extrusion_directions(surface, lattice);
+void fit_depth(LatticeBuild& build) {
+  const LatticeOptions& options = build.options;
   for (int round = 0;; ++round) {
-    limit_depth_slope(surface, lattice);
-    extrude(surface, direction, options, lattice);
-    std::vector<double> factor(lattice.num_columns, 1.0);
-    int failing = -1;
-    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-      const Triangle& tri = surface.triangles[t];
-      const double mean_depth = lattice.mean_depth_mm(tri);
-      if (mean_depth < Lattice::kThinMm) continue;  // will have no volume to keep
-      double upper_share = 0.0;
-      for (int layer = 0; layer + 1 < lattice.num_node_layers; ++layer) {
-        const double share = options.layers[layer].bottom_share - upper_share;
-        upper_share = options.layers[layer].bottom_share;
-        if (fill(prism_at_rest(lattice, tri, layer), share * mean_depth) >= options.smallest_fill) {
+    limit_depth_slope(build);
+    std::vector<double> factor(build.depth_mm.size(), 1.0);
+    bool failing = false;
+    for (const Triangle& t : build.surface.triangles) {
+      if (build.mean(build.depth_mm, t) < Column::kThinMm) continue;  // will keep no volume
+      for (std::size_t layer = 0; layer < options.layers.size(); ++layer) {
+        if (fill(build, t, build.share_above(layer), options.layers[layer].bottom_share) >=
+            options.smallest_fill) {
           continue;
         }
-        for (const int v : tri) {
+        for (const int v : t) {
           factor[v] = 0.88;
-          if (lattice.depth_mm[v] > kThinnestMm) failing = static_cast<int>(t);
+          failing = failing || build.depth_mm[v] > kThinnestMm;
         }
       }
     }
-    if (failing < 0 || round == kThinningRounds) return;
-    for (int v = 0; v < lattice.num_columns; ++v) {
-      lattice.depth_mm[v] =
-          std::max(std::min(kThinnestMm, lattice.depth_mm[v]), factor[v] * lattice.depth_mm[v]);
+    if (!failing || round == kThinningRounds) return;
+    for (std::size_t v = 0; v < factor.size(); ++v) {
+      double& depth = build.depth_mm[v];
+      depth = std::max(std::min(kThinnestMm, depth), factor[v] * depth);
     }
   }
 }
@@ -193,124 +167,105 @@ double softening(double depth_mm) {
   return std::max(0.04, share * share);
 }
 
-void add_prisms(const SurfaceMesh& surface, const LatticeOptions& options, Lattice& lattice) {
-  for (int layer = 0; layer + 1 < lattice.num_node_layers; ++layer) {
-    const TissueLayer& tissue = options.layers[layer];
-    const int upper = layer * lattice.num_columns;
-    const int lower = upper + lattice.num_columns;
-    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-      const Triangle& tri = surface.triangles[t];
-      Prism prism;
-      prism.node = {upper + tri[0],
-                    upper + tri[1],
-                    upper + tri[2],
-                    lower + tri[0],
-                    lower + tri[1],
-                    lower + tri[2]};
-      const double depth = lattice.mean_depth_mm(tri);
-      if (depth < Lattice::kThinMm) {
-        // Stands for its share of tissue in the springs only; erased when they are made.
-        const double share =
-            tissue.bottom_share - (layer > 0 ? options.layers[layer - 1].bottom_share : 0.0);
-        prism.rest_mm3 = area_vector(surface, tri).norm() * share * depth;
-      } else {
-        PrismCorners unused;
-        prism.rest_mm3 = prism_volume(prism_at_rest(lattice, tri, layer), unused);
-        prism.bulk_kpa = softening(depth) * tissue.bulk_ratio * tissue.modulus_kpa;
-      }
-      require(prism.rest_mm3 > 0.0,
-              "surface triangle " + std::to_string(t) + ": the tissue below it (" + tissue.name +
-                  ") has no positive volume; is the mesh folded or facing inwards?");
-      lattice.prisms.push_back(prism);
-    }
-  }
-}
-
-// Springs between two nodes, with the stiffness they collect from the elements around them.
-class SpringCollector {
- public:
-  explicit SpringCollector(Lattice& lattice) : lattice_(lattice) {}
-
-  // Adds the share of volume_mm3 of tissue to the spring between nodes i and j.
-  void add(int i, int j, double volume_mm3, double modulus_kpa, double stiff_ratio) {
-    const double length2 = (lattice_.rest_mm[i] - lattice_.rest_mm[j]).squaredNorm();
-    const double alpha = modulus_kpa * volume_mm3 / std::max(length2, 1e-6);
-    Sum& sum = sums_[{std::min(i, j), std::max(i, j)}];
-    sum.alpha += alpha;
-    sum.beta += alpha * stiff_ratio;
-  }
-
-  void finish() {
-    for (const auto& [ends, sum] : sums_) {
-      const auto [i, j] = ends;
-      lattice_.springs.push_back(make_spring(
-          i, j, lattice_.rest_mm[i], lattice_.rest_mm[j], sum.alpha, sum.beta / sum.alpha));
-    }
-  }
-
- private:
-  struct Sum {
-    double alpha = 0.0;
-    double beta = 0.0;
-  };
-  Lattice& lattice_;
-  std::map<std::array<int, 2>, Sum> sums_;
-};
-
-void add_springs(const SurfaceMesh& surface, const LatticeOptions& options, Lattice& lattice) {
-  constexpr double kSpringsPerPrism = 15.0;  // 6 edges, 3 verticals, 6 struts
-  SpringCollector collector(lattice);
-  const std::size_t num_triangles = surface.triangles.size();
-  for (std::size_t p = 0; p < lattice.prisms.size(); ++p) {
-    const Prism& prism = lattice.prisms[p];
-    const TissueLayer& tissue = options.layers[p / num_triangles];
-    const double volume = prism.rest_mm3 / kSpringsPerPrism;
-    const Triangle& tri = surface.triangles[p % num_triangles];
-    const double modulus = softening(lattice.mean_depth_mm(tri)) * tissue.modulus_kpa;
-    const auto add = [&](int a, int b) {
-      collector.add(prism.node[a], prism.node[b], volume, modulus, tissue.stiff_ratio);
-    };
-    for (int c = 0; c < 3; ++c) {
-      const int next = (c + 1) % 3;
-      add(c, next);
-      add(c + 3, next + 3);
-      add(c, c + 3);
-      add(c, next + 3);
-      add(next, c + 3);
-    }
-  }
-  // The epidermis is a membrane: too thin for elements of its own.
-  for (const Triangle& t : surface.triangles) {
-    const double volume = area_vector(surface, t).norm() * options.epidermis_thickness_mm / 3.0;
-    for (int e = 0; e < 3; ++e) {
-      collector.add(t[e],
-                    t[(e + 1) % 3],
-                    volume,
-                    options.epidermis_modulus_kpa,
-                    options.epidermis_stiff_ratio);
-    }
-  }
-  collector.finish();
-  // Between two bone nodes nothing is free to move.
-  std::erase_if(lattice.springs, [&](const Spring& spring) {
-    return std::min(spring.i, spring.j) >= lattice.num_free_nodes();
-  });
-}
-
-void check_layers(const LatticeOptions& options) {
-  require(!options.layers.empty(), "layers: expected at least one tissue layer");
-  double above = 0.0;
-  for (const TissueLayer& layer : options.layers) {
-    require(layer.bottom_share > above && layer.bottom_share <= 1.0,
-            layer.name + ": bottom_share must grow from layer to layer, up to 1");
-    require(layer.modulus_kpa > 0.0 && layer.stiff_ratio >= 1.0 && layer.bulk_ratio >= 0.0,
-            layer.name + ": modulus must be positive, stiff_ratio >= 1, bulk_ratio >= 0");
-    above = layer.bottom_share;
-  }
-  require(above == 1.0, options.layers.back().name + ": the last layer must end on bone (1)");
+void require_range(const std::string& name, double value, double low, double high) {
+  require(value >= low && value <= high,
+          name + " is " + std::to_string(value) + ", expected " + std::to_string(low) + " to " +
+              std::to_string(high));
 }
 
 }  // namespace
+
+std::vector<TissueLayer> tri_layer() {
+  return {{"dermis", 0.22, 30.0, 4.0, 5.0, 30.0},
+          {"fat", 0.67, 10.0, 4.0, 8.0, 10.0},
+          {"muscle", 1.0, 4.0, 1.0, 18.0, 10.0}};
+}
+
+std::vector<TissueLayer> bi_layer() {
+  // The skin of the bi-layer stands for dermis and fat together: their moduli by thickness.
+  return {{"skin", 0.67, 17.0, 4.0, 7.0, 17.0}, {"muscle", 1.0, 4.0, 1.0, 18.0, 10.0}};
+}
+
+void LatticeOptions::check() const {
+  require(layers.size() >= 2, "layers: expected at least two, such as skin and muscle");
+  double above = 0.0;
+  for (const TissueLayer& layer : layers) {
+    require(layer.bottom_share > above && layer.bottom_share <= 1.0,
+            layer.name + ": bottom_share is " + std::to_string(layer.bottom_share) +
+                ", expected to grow from layer to layer, up to 1");
+    require_range(layer.name + ": modulus_kpa", layer.modulus_kpa, 1e-3, 1e5);
+    require_range(layer.name + ": stiff_ratio", layer.stiff_ratio, 1.0, 1e6);
+    require_range(layer.name + ": bulk_ratio", layer.bulk_ratio, 0.0, 1e4);
+    require_range(layer.name + ": alpha_mn_per_mm", layer.alpha_mn_per_mm, 1e-6, 1e6);
+    above = layer.bottom_share;
+  }
+  require(above == 1.0, layers.back().name + ": the last layer must end on bone (1)");
+  require_range("epidermis_modulus_kpa", epidermis_modulus_kpa, 1e-3, 1e5);
+  require_range("epidermis_thickness_mm", epidermis_thickness_mm, 1e-3, 1.0);
+  require_range("epidermis_stiff_ratio", epidermis_stiff_ratio, 1.0, 1e6);
+  require_range("epidermis_alpha_mn_per_mm", epidermis_alpha_mn_per_mm, 1e-6, 1e6);
+  for (const double factor : region_stiffness) require_range("region_stiffness", factor, 1e-3, 100);
+  require_range("density_kg_per_mm3", density_kg_per_mm3, 1e-9, 1e-3);
+  require_range("smallest_fill", smallest_fill, 0.05, 0.8);
+}
+
+void SpringCollector::add(
+    int i, int j, double volume_mm3, const TissueLayer& tissue, double factor) {
+  Sum& sum = sums_[{std::min(i, j), std::max(i, j)}];
+  if (options_.stiffness == Stiffness::kConstant) {
+    const double alpha = factor * tissue.alpha_mn_per_mm;
+    if (alpha > sum.alpha) sum = {alpha, alpha * tissue.stiff_ratio};
+    return;
+  }
+  const double length2 = (lattice_.rest_mm[i] - lattice_.rest_mm[j]).squaredNorm();
+  const double alpha = factor * tissue.modulus_kpa * volume_mm3 / std::max(length2, 1e-6);
+  sum.alpha += alpha;
+  sum.beta += alpha * tissue.stiff_ratio;
+}
+
+void SpringCollector::finish() {
+  for (const auto& [ends, sum] : sums_) {
+    const auto [i, j] = ends;
+    if (!lattice_.is_free(std::min(i, j))) continue;
+    const Spring spring = make_spring(
+        i, j, lattice_.rest_mm[i], lattice_.rest_mm[j], sum.alpha, sum.beta / sum.alpha);
+    lattice_.springs.push_back(options_.law == SpringLaw::kLiteral ? literal_spring(spring)
+                                                                   : spring);
+  }
+}
+
+double LatticeBuild::stiffness_factor(const Triangle& t) const {
+  return softening(mean(depth_mm, t)) * mean(region_stiffness, t);
+}
+
+double volume_at_rest(const Lattice& lattice, const Prism& prism) {
+  PrismCorners x;
+  for (int c = 0; c < 6; ++c) x[c] = lattice.rest_mm[prism.node[c]];
+  PrismCorners unused;
+  return prism_volume(x, unused);
+}
+
+Vec3 area_vector(const SurfaceMesh& surface, const Triangle& t) {
+  const Vec3& a = surface.positions_mm[t[0]];
+  return 0.5 * (surface.positions_mm[t[1]] - a).cross(surface.positions_mm[t[2]] - a);
+}
+
+void add_epidermis(const LatticeBuild& build, SpringCollector& springs) {
+  const LatticeOptions& options = build.options;
+  const TissueLayer epidermis{"epidermis",
+                              0.0,
+                              options.epidermis_modulus_kpa,
+                              options.epidermis_stiff_ratio,
+                              0.0,
+                              options.epidermis_alpha_mn_per_mm};
+  for (const Triangle& t : build.surface.triangles) {
+    const double volume = area_vector(build.surface, t).norm() * options.epidermis_thickness_mm;
+    for (int e = 0; e < 3; ++e) {
+      springs.add(
+          t[e], t[(e + 1) % 3], volume / 3.0, epidermis, build.mean(build.region_stiffness, t));
+    }
+  }
+}
 
 std::vector<Vec3> smooth_normals(const SurfaceMesh& surface,
                                  const std::vector<std::vector<int>>& neighbors,
@@ -338,23 +293,21 @@ std::vector<Vec3> smooth_normals(const SurfaceMesh& surface,
 
 Lattice make_lattice(const Anatomy& anatomy, const LatticeOptions& options) {
   check_surface(anatomy);
-  check_layers(options);
-  Lattice lattice;
-  lattice.num_columns = static_cast<int>(anatomy.surface.positions_mm.size());
-  lattice.num_node_layers = static_cast<int>(options.layers.size()) + 1;
-  lattice.rest_mm.resize(lattice.num_node_layers * lattice.num_columns);
-  lattice.depth_mm = anatomy.tissue_depth_mm;
-  collect_edges(anatomy.surface, lattice);
-  lattice.area_mm2.assign(lattice.num_columns, 0.0);
-  for (const Triangle& t : anatomy.surface.triangles) {
-    const double third = area_vector(anatomy.surface, t).norm() / 3.0;
-    for (const int v : t) lattice.area_mm2[v] += third;
+  options.check();
+  LatticeBuild build{anatomy.surface, options, {}, anatomy.tissue_depth_mm, {}, {}};
+  build.lattice.num_vertices = static_cast<int>(anatomy.surface.positions_mm.size());
+  collect_edges(anatomy.surface, build.lattice);
+  build.direction = extrusion_directions(anatomy.surface, build.lattice);
+  fit_depth(build);
+  for (const Region region : anatomy.region) {
+    build.region_stiffness.push_back(options.region_stiffness[static_cast<std::size_t>(region)]);
   }
-  fit_depth(anatomy.surface, options, lattice);
-  add_prisms(anatomy.surface, options, lattice);
-  add_springs(anatomy.surface, options, lattice);
-  std::erase_if(lattice.prisms, [](const Prism& prism) { return prism.bulk_kpa == 0.0; });
-  return lattice;
+  if (options.topology == Topology::kPrisms) {
+    build_prisms(build);
+  } else {
+    build_centroids(build);
+  }
+  return std::move(build.lattice);
 }
 
 }  // namespace zygoma

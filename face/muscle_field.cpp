@@ -53,8 +53,8 @@ double unfold(double da, double db, const Vec3& a, const Vec3& b, const Vec3& c)
   return std::min(along_edges, std::hypot(cx - sx, cy - sy));
 }
 
-// The flap of a slit a muscle leaves alone, as a mask over the columns.
-std::vector<char> spared_columns(const Anatomy& anatomy, const std::vector<double>& distance) {
+// The flap of a slit a muscle leaves alone, as a mask over the vertices.
+std::vector<char> spared_vertices(const Anatomy& anatomy, const std::vector<double>& distance) {
   constexpr double kCornerMm = 8.0;  // closer alike than this: attached at the corner
   constexpr std::array<std::array<Region, 2>, 2> kSlits{
       {{Region::kUpperLip, Region::kLowerLip}, {Region::kUpperLid, Region::kLowerLid}}};
@@ -203,20 +203,27 @@ double fold_measure(const Muscle& muscle) {
 MuscleField make_muscle_field(const Anatomy& anatomy, const Lattice& lattice) {
   const std::vector<Vec3> normal = broad_normals(anatomy.surface, lattice.neighbors);
   MuscleField field;
-  field.hold.assign(lattice.num_columns, 0.0);
+  field.hold.assign(lattice.columns.size(), 0.0);
   for (const Muscle& muscle : anatomy.muscles) {
     check_muscle(muscle);
     const Vec3 m = muscle.emergence_mm - muscle.attachment_mm;
     const std::vector<double> distance =
         distance_along(anatomy.surface, muscle.attachment_mm, muscle.radius_mm);
-    const std::vector<char> spared = spared_columns(anatomy, distance);
-    std::vector<MusclePull> pulls;
-    for (int v = 0; v < lattice.num_columns; ++v) {
+    const std::vector<char> spared = spared_vertices(anatomy, distance);
+    std::vector<double> blend(distance.size(), 0.0);
+    std::vector<Vec3> displacement(distance.size(), Vec3::Zero());
+    for (std::size_t v = 0; v < distance.size(); ++v) {
       if (spared[v] || !(distance[v] < muscle.radius_mm)) continue;
-      const double blend = std::cos(0.5 * std::numbers::pi * distance[v] / muscle.radius_mm);
-      pulls.push_back(
-          {v, blend, muscle.largest_shortening * blend * tangent_with_length(m, normal[v])});
-      field.hold[v] = std::max(field.hold[v], blend);
+      blend[v] = std::cos(0.5 * std::numbers::pi * distance[v] / muscle.radius_mm);
+      displacement[v] = muscle.largest_shortening * blend[v] * tangent_with_length(m, normal[v]);
+    }
+    std::vector<MusclePull> pulls;
+    for (std::size_t c = 0; c < lattice.columns.size(); ++c) {
+      const Column& column = lattice.columns[c];
+      const double b = lattice.below(blend, column);
+      if (!column.on_bone || b <= 0.0) continue;
+      pulls.push_back({static_cast<int>(c), b, lattice.below(displacement, column)});
+      field.hold[c] = std::max(field.hold[c], b);
     }
     require(!pulls.empty(), "muscle " + muscle.name + ": reaches no vertex of the surface");
     field.pulls.push_back(std::move(pulls));

@@ -24,7 +24,7 @@ struct MusclePull {
 };
 
 struct MuscleField {
-  std::vector<std::vector<MusclePull>> pulls;  // per muscle, columns ascending
+  std::vector<std::vector<MusclePull>> pulls;  // per muscle, columns on bone, ascending
   std::vector<double> hold;                    // per column: w_j = max_i b_ij
 };
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <string>
 
+#include "face/active_region.h"
 #include "face/energy.h"
-#include "face/lattice.h"
 #include "face/solvers/equilibrium.h"
 #include "src/base/check.h"
 
@@ -23,15 +23,26 @@ constexpr double kWidestJawRad = 0.7;
 
 }  // namespace
 
+void SettleOptions::check() const {
+  require(relative_residual > 0.0 && relative_residual <= 1.0,
+          "relative_residual is " + std::to_string(relative_residual) + ", expected (0, 1]");
+  require(max_iterations >= 1,
+          "max_iterations is " + std::to_string(max_iterations) + ", expected at least 1");
+  require(still_mm >= 0.0 && still_mm <= 10.0,
+          "still_mm is " + std::to_string(still_mm) + ", expected 0 to 10");
+}
+
 struct Simulator::Impl {
-  Impl(std::shared_ptr<const Anatomy> a, const SettleOptions& o)
+  Impl(std::shared_ptr<const Anatomy> a, const TissueModel& tissue, const SettleOptions& o)
       : anatomy(std::move(a)),
         options(o),
-        energy(*anatomy, make_lattice(*anatomy)),
+        energy(*anatomy, tissue),
         solver(energy),
-        sensitivity_factor(solver.factor()),
+        region(energy),
+        sensitivity_factor(solver.hessian().free()),
         known(energy.lattice().rest_mm),
         known_controls(zero_controls()) {
+    options.check();
     // The force the tissue opposes to a fully open jaw, as the yardstick of jaw motion.
     Controls open = zero_controls();
     open.jaw_rad = anatomy->jaw.full_rad;
@@ -39,15 +50,14 @@ struct Simulator::Impl {
     carry(known_controls, open, x);
     Eigen::VectorXd gradient;
     energy.evaluate(x, gradient);
-    for (Eigen::Index k = 0; k < gradient.size(); k += 3) {
+    for (Eigen::Index k = 0; k < energy.num_unknowns(); k += 3) {
       full_jaw_load = std::max(full_jaw_load, gradient.segment<3>(k).norm());
     }
     double area = 0.0;
-    for (const double share : energy.lattice().area_mm2) area += share;
-    smallest_load = kSmallestLoadMm * EnergyOptions{}.muscle_hold_kpa_per_mm * area /
-                    energy.lattice().num_columns;
+    for (const Column& column : energy.lattice().columns) area += column.area_mm2;
+    smallest_load =
+        kSmallestLoadMm * tissue.muscles.hold_kpa_per_mm * area / energy.lattice().num_vertices;
     energy.set_controls(known_controls.contraction, 0.0);
-    solver.prepare(known);
   }
 
   Controls zero_controls() const {
@@ -89,6 +99,15 @@ struct Simulator::Impl {
         energy.largest_muscle_force() + full_jaw_load * controls.jaw_rad / anatomy->jaw.full_rad);
   }
 
+  void minimise(const Controls& at, double tolerance, std::vector<Vec3>& x, SettleReport& report) {
+    const double scale = load(at);
+    const EquilibriumReport solved = solver.solve(x, tolerance * scale, options.max_iterations);
+    report.iterations += solved.iterations;
+    report.factorisations += solved.factorisations;
+    report.residual = solved.residual_mn / scale;
+    report.converged = solved.converged;
+  }
+
   // From an equilibrium under `from` to one under `to`, in `parts` equal parts.
   bool walk(const Controls& from,
             const Controls& to,
@@ -107,13 +126,7 @@ struct Simulator::Impl {
         next.jaw_rad = from.jaw_rad + share * (to.jaw_rad - from.jaw_rad);
       }
       carry(at, next, x);
-      const double scale = load(next);
-      const double tolerance = scale * (part < parts ? kPathTolerance : options.relative_residual);
-      const EquilibriumReport solved = solver.solve(x, tolerance, options.max_iterations);
-      report.iterations += solved.iterations;
-      report.factorisations += solved.factorisations;
-      report.residual = solved.residual_mn / scale;
-      report.converged = solved.converged;
+      minimise(next, part < parts ? kPathTolerance : options.relative_residual, x, report);
       at = std::move(next);
     }
     return report.converged;
@@ -138,52 +151,112 @@ struct Simulator::Impl {
     return controls;
   }
 
+  SettleReport settle_moving(const Controls& from, const Controls& to, std::vector<Vec3>& x) {
+    SettleReport report;
+    if (walk(from, to, parts_between(from, to), x, report)) return report;
+    // Once more along a finer path from rest; keep whichever ends closer to equilibrium.
+    SettleReport again = report;
+    std::vector<Vec3> other = energy.lattice().rest_mm;
+    const Controls zero = zero_controls();
+    walk(zero, to, 3 * parts_between(zero, to), other, again);
+    if (again.residual < report.residual) x = std::move(other);
+    again.residual = std::min(again.residual, report.residual);
+    return again;
+  }
+
+  void enter_step(double step_s) {
+    if (step_s == last_step_s) return;
+    last_step_s = step_s;
+    solver.forget();
+  }
+
+  void finish(const Controls& controls, FaceState& state, SettleReport& report) {
+    const FaceEnergy::VolumeReport volumes = energy.volumes(state.positions_mm);
+    report.inverted_elements = volumes.inverted;
+    report.mean_volume_change = volumes.mean_change;
+    report.moving_share = region.moving_share();
+    state.jaw_rad = controls.jaw_rad;
+    known = state.positions_mm;
+    known_controls = controls;
+  }
+
   std::shared_ptr<const Anatomy> anatomy;
   SettleOptions options;
   FaceEnergy energy;
   EquilibriumSolver solver;
+  ActiveRegion region;
   Factor sensitivity_factor;  // apart, so that asking for sensitivities does not change settling
   std::vector<Vec3> known;    // the last equilibrium, and what it is the equilibrium of
   Controls known_controls;
+  double last_step_s = 0.0;  // that the solver has seen; 0 = settled without time
   double full_jaw_load = 0.0;
   double smallest_load = 0.0;
 };
 
-Simulator::Simulator(std::shared_ptr<const Anatomy> anatomy, const SettleOptions& options)
-    : impl_(std::make_unique<Impl>(std::move(anatomy), options)) {}
+Simulator::Simulator(std::shared_ptr<const Anatomy> anatomy,
+                     const TissueModel& tissue,
+                     const SettleOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(anatomy), tissue, options)) {}
 Simulator::~Simulator() = default;
 Simulator::Simulator(Simulator&&) noexcept = default;
 Simulator& Simulator::operator=(Simulator&&) noexcept = default;
 
 const Anatomy& Simulator::anatomy() const { return *impl_->anatomy; }
+const Lattice& Simulator::lattice() const { return impl_->energy.lattice(); }
 
-FaceState Simulator::rest() const { return {0.0, 0.0, impl_->energy.lattice().rest_mm}; }
+FaceState Simulator::rest() const {
+  FaceState state;
+  state.positions_mm = impl_->energy.lattice().rest_mm;
+  return state;
+}
 
 SettleReport Simulator::settle(const Controls& controls, FaceState& state) {
   Impl& impl = *impl_;
   assert(state.positions_mm.size() == impl.known.size());
   impl.check(controls);
-  SettleReport report;
+  impl.enter_step(0.0);
   const Controls from = impl.controls_of(state, controls);
-  if (!impl.walk(from, controls, Impl::parts_between(from, controls), state.positions_mm, report)) {
-    // Once more along a finer path from rest; keep whichever ends closer to equilibrium.
-    SettleReport again = report;
-    std::vector<Vec3> x = impl.energy.lattice().rest_mm;
-    const Controls zero = impl.zero_controls();
-    impl.walk(zero, controls, 3 * Impl::parts_between(zero, controls), x, again);
-    const bool better = again.residual < report.residual;
-    if (better) state.positions_mm = std::move(x);
-    report.iterations = again.iterations;
-    report.factorisations = again.factorisations;
-    report.converged = again.converged;
-    report.residual = std::min(again.residual, report.residual);
+  SettleReport report;
+  const auto settle_region = [&] {
+    const SettleReport part = impl.settle_moving(from, controls, state.positions_mm);
+    report = {part.converged,
+              report.iterations + part.iterations,
+              report.factorisations + part.factorisations,
+              part.residual};
+  };
+  if (impl.options.still_mm == 0.0) {
+    settle_region();
+  } else {
+    impl.region.choose(
+        controls.contraction, controls.jaw_rad, impl.options.still_mm, state, impl.solver);
+    settle_region();
+    // What was left out must be able to stay where it is.
+    while (impl.region.grow(impl.options.still_mm, state, impl.solver)) settle_region();
   }
-  const FaceEnergy::VolumeReport volumes = impl.energy.volumes(state.positions_mm);
-  report.inverted_elements = volumes.inverted;
-  report.mean_volume_change = volumes.mean_change;
-  state.jaw_rad = controls.jaw_rad;
-  impl.known = state.positions_mm;
-  impl.known_controls = controls;
+  state.velocities_mm_per_s.clear();
+  state.history.clear();
+  impl.finish(controls, state, report);
+  return report;
+}
+
+SettleReport Simulator::advance(const Controls& controls, double step_s, FaceState& state) {
+  Impl& impl = *impl_;
+  require(step_s > 0.0 && step_s <= 1.0,
+          "time step: " + std::to_string(step_s) + " s, expected above 0, at most 1");
+  if (impl.energy.effects().memory().empty()) {
+    const SettleReport report = settle(controls, state);
+    state.time_s += step_s;
+    return report;
+  }
+  impl.check(controls);
+  impl.enter_step(step_s);
+  SettleReport report;
+  impl.energy.begin_step(state, step_s);
+  impl.carry(impl.controls_of(state, controls), controls, state.positions_mm);
+  impl.minimise(controls, impl.options.relative_residual, state.positions_mm, report);
+  impl.energy.end_step(state);
+  state.time_s += step_s;
+  impl.finish(controls, state, report);
   return report;
 }
 
@@ -194,9 +267,9 @@ Sensitivity Simulator::surface_sensitivity(const Controls& controls, const FaceS
   impl.energy.set_controls(controls.contraction, controls.jaw_rad);
   const double shift = impl.solver.factor_at(state.positions_mm, impl.sensitivity_factor);
   // H dx/dc = - d(grad E)/dc
-  Eigen::MatrixXd motion = impl.energy.control_forces(state.positions_mm);
+  Eigen::MatrixXd motion = impl.energy.control_forces(state.positions_mm, impl.solver.hessian());
   impl.sensitivity_factor.solve(motion);
-  return {motion.topRows(3 * impl.energy.lattice().num_columns), shift > 0.0};
+  return {motion.topRows(3 * impl.energy.lattice().num_vertices), shift > 0.0};
 }
 
 void embed_skin(const Anatomy& anatomy, const FaceState& state, std::vector<Vec3>& skin_mm) {

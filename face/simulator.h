@@ -1,5 +1,10 @@
-// Drives the lattice face: contractions in, equilibrium of the tissue out (paper, section 4: the
-// muscle displacements are applied and the other nodes travel to a new equilibrium).
+// Drives the lattice face: contractions in, motion of the tissue out (paper, section 4: the muscle
+// displacements are applied and the other nodes travel to a new equilibrium).
+//
+// settle() goes to equilibrium and knows no time. advance() lets a frame's time pass: with effects
+// that have a memory (inertia, viscosity) it takes an implicit Euler step, without them it settles,
+// and where a scene asks for the explicit procedure of the paper it takes as many explicit steps as
+// are stable. All of them work on one energy (energy.h).
 #pragma once
 
 #include <memory>
@@ -7,6 +12,7 @@
 
 #include "face/anatomy.h"
 #include "face/contractions.h"
+#include "face/energy.h"
 #include "face/state.h"
 
 namespace zygoma {
@@ -20,6 +26,10 @@ struct Controls {
 struct SettleOptions {
   double relative_residual = 1e-4;  // stop when the largest force is below this share of the load
   int max_iterations = 60;
+  // Columns of tissue that the controls cannot move further than this are not solved for. 0 = all
+  // are, always.
+  double still_mm = 0.0;
+  void check() const;  // throws InputError naming the value outside its range
 };
 
 struct SettleReport {
@@ -30,6 +40,7 @@ struct SettleReport {
                               // muscles, plus what a fully open jaw asks times its opening
   int inverted_elements = 0;  // elements with negative volume in the result
   double mean_volume_change = 0.0;  // mean |V - V0| / V0
+  double moving_share = 1.0;        // of the columns, those solved for
 };
 
 struct Sensitivity {
@@ -43,17 +54,23 @@ struct Sensitivity {
 
 class Simulator {
  public:
-  explicit Simulator(std::shared_ptr<const Anatomy> anatomy, const SettleOptions& options = {});
+  explicit Simulator(std::shared_ptr<const Anatomy> anatomy,
+                     const TissueModel& tissue = {},
+                     const SettleOptions& options = {});
   ~Simulator();
   Simulator(Simulator&&) noexcept;
   Simulator& operator=(Simulator&&) noexcept;
 
   const Anatomy& anatomy() const;
+  const Lattice& lattice() const;
   FaceState rest() const;
 
   // Moves `state` to the equilibrium under the controls, warm from where it is. Same bits for the
   // same state and controls history.
   SettleReport settle(const Controls& controls, FaceState& state);
+
+  // Lets step_s pass while the controls go to `controls`.
+  SettleReport advance(const Controls& controls, double step_s, FaceState& state);
 
   // How the surface follows the controls around an equilibrium, from the exact Hessian there.
   Sensitivity surface_sensitivity(const Controls& controls, const FaceState& state);

@@ -31,6 +31,13 @@ Spring make_spring(int i, int j, const Vec3& xi, const Vec3& xj, double alpha, d
   return spring;
 }
 
+Spring literal_spring(const Spring& spring) {
+  Spring literal = spring;
+  literal.law.law = SpringLaw::kLiteral;
+  literal.law.slackening = 0.0;
+  return literal;
+}
+
 Eigen::Matrix3d spring_hessian(const Spring& spring, const Vec3& r) {
   const double l2 = r.squaredNorm() + spring.softening_mm2;
   const double l = std::sqrt(l2);

@@ -12,6 +12,9 @@
 // stiffness falls from alpha to alpha_c by the same cubic over [-2 d_c, 0]. Without that a lattice
 // of springs buckles itself, node against node, into one of many states. A spring's length is
 // measured as sqrt(r.r + eps^2), which keeps a spring of length zero finite.
+//
+// The printed law (kLiteral: alpha e up to e_c, beta e beyond, the same in compression) is kept for
+// study. Where the tension lies between alpha e_c and beta e_c no force balances it.
 #pragma once
 
 #include <cmath>
@@ -20,6 +23,8 @@
 
 namespace zygoma {
 
+enum class SpringLaw { kSmooth, kLiteral };
+
 struct BiphasicLaw {
   double alpha = 0.0;          // stiffness at small elongation, mN/mm
   double stiffening = 0.0;     // beta - alpha; 0 = single phase
@@ -27,6 +32,7 @@ struct BiphasicLaw {
   double band_mm = 0.0;        // d, half width of the transition, > 0 if stiffening > 0
   double slackening = 0.0;     // alpha - alpha_c, loss of stiffness in compression; 0 = none
   double slack_band_mm = 0.0;  // half width of that transition, > 0 if slackening > 0
+  SpringLaw law = SpringLaw::kSmooth;
 };
 
 struct SpringResponse {
@@ -46,8 +52,17 @@ inline SpringResponse smooth_kink(double past, double d) {
           t * t * (3.0 - 2.0 * t)};
 }
 
+inline SpringResponse respond_literally(const BiphasicLaw& law, double e) {
+  if (e <= law.critical_mm) return {0.5 * law.alpha * e * e, law.alpha * e, law.alpha};
+  const double beta = law.alpha + law.stiffening;
+  return {0.5 * beta * e * e - 0.5 * law.stiffening * law.critical_mm * law.critical_mm,
+          beta * e,
+          beta};
+}
+
 inline SpringResponse respond(const BiphasicLaw& law, double elongation_mm) {
   const double e = elongation_mm;
+  if (law.law == SpringLaw::kLiteral) return respond_literally(law, e);
   SpringResponse r{0.5 * law.alpha * e * e, law.alpha * e, law.alpha};
   if (law.stiffening > 0.0 && e > law.critical_mm - law.band_mm) {
     const SpringResponse kink = smooth_kink(e - law.critical_mm, law.band_mm);
@@ -76,6 +91,9 @@ struct Spring {
 // A spring at rest between two nodes; `stiff_ratio` = beta / alpha >= 1, critical and band as
 // shares of the rest length.
 Spring make_spring(int i, int j, const Vec3& xi, const Vec3& xj, double alpha, double stiff_ratio);
+
+// The same spring under the printed law.
+Spring literal_spring(const Spring& spring);
 
 // Energy of a spring; `gradient` is d(energy)/d(xj) = -d(energy)/d(xi).
 inline double spring_energy(const Spring& spring, const Vec3& r, Vec3& gradient) {

@@ -1,6 +1,7 @@
 #include "face/solvers/equilibrium.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 
@@ -30,20 +31,43 @@ double largest_force(const VectorXd& gradient) {
 }  // namespace
 
 EquilibriumSolver::EquilibriumSolver(const FaceEnergy& energy)
-    : energy_(energy), hessian_(energy.make_pattern()), factor_(hessian_) {}
+    : energy_(energy), hessian_(energy.make_hessian()), factor_(hessian_.free()) {}
+
+void EquilibriumSolver::restrict_to(const std::vector<char>& moving_columns) {
+  const Lattice& lattice = energy_.lattice();
+  frozen_.clear();
+  for (int node = 0; node < lattice.num_free_nodes; ++node) {
+    if (!moving_columns[lattice.column_of[node]]) frozen_.push_back(node);
+  }
+  factor_ = Factor(hessian_.free(), moving_columns);
+  forget();
+}
+
+void EquilibriumSolver::forget() {
+  have_factor_ = false;
+  history_.clear();
+}
+
+double EquilibriumSolver::evaluate(const std::vector<Vec3>& x, VectorXd& gradient) {
+  const double value = energy_.evaluate(x, gradient);
+  for (const int node : frozen_) gradient.segment<3>(3 * node).setZero();
+  gradient.tail(gradient.size() - energy_.num_unknowns()).setZero();
+  return value;
+}
 
 double EquilibriumSolver::factor_at(const std::vector<Vec3>& x,
                                     Factor& factor,
                                     double first_shift) {
   energy_.hessian(x, hessian_);
+  const ColumnMatrix& h = hessian_.free();
   double mean_diagonal = 0.0;
-  for (int v = 0; v < hessian_.num_columns(); ++v) {
-    mean_diagonal += hessian_.diagonal(v).diagonal().cwiseAbs().mean();
+  for (int c = 0; c < h.num_columns(); ++c) {
+    mean_diagonal += h.diagonal(c).diagonal().cwiseAbs().mean();
   }
-  mean_diagonal /= hessian_.num_columns();
+  mean_diagonal /= h.num_columns();
   const double smallest_shift = kSmallestShift * mean_diagonal;
   double shift = first_shift < smallest_shift ? 0.0 : first_shift;
-  while (!factor.compute(hessian_, shift)) {
+  while (!factor.compute(h, shift)) {
     shift = std::max(4.0 * smallest_shift, 4.0 * shift);
     assert(std::isfinite(shift));
   }
@@ -60,56 +84,59 @@ void EquilibriumSolver::refactor(const std::vector<Vec3>& x,
   ++report.factorisations;
 }
 
-void EquilibriumSolver::prepare(const std::vector<Vec3>& x) {
-  EquilibriumReport unused;
-  refactor(x, 0.0, unused);
-}
-
-VectorXd EquilibriumSolver::direction(const VectorXd& gradient) const {
-  VectorXd d = -gradient;
-  std::vector<double> share(history_.size());
+// The two-loop recursion of L-BFGS around the factor.
+void EquilibriumSolver::find_direction() {
+  direction_ = -gradient_;
+  std::array<double, kHistory> share;
   for (std::size_t k = history_.size(); k-- > 0;) {
     const Pair& pair = history_[k];
-    share[k] = pair.inverse_curvature * pair.step.dot(d);
-    d -= share[k] * pair.change;
+    share[k] = pair.inverse_curvature * pair.step.dot(direction_);
+    direction_ -= share[k] * pair.change;
   }
-  factor_.solve(d);
+  factor_.solve(direction_.head(energy_.num_unknowns()));
   for (std::size_t k = 0; k < history_.size(); ++k) {
     const Pair& pair = history_[k];
-    d += (share[k] - pair.inverse_curvature * pair.change.dot(d)) * pair.step;
+    direction_ += (share[k] - pair.inverse_curvature * pair.change.dot(direction_)) * pair.step;
   }
-  return d;
 }
 
-void EquilibriumSolver::remember(const VectorXd& step, const VectorXd& change) {
-  const double curvature = step.dot(change);
-  if (!(curvature > 1e-10 * step.norm() * change.norm())) return;
-  history_.push_back({step, change, 1.0 / curvature});
-  if (history_.size() > kHistory) history_.pop_front();
+void EquilibriumSolver::remember(double taken, const VectorXd& trial_gradient) {
+  Pair pair;
+  if (history_.size() == kHistory) {  // reuse the memory of the oldest
+    pair = std::move(history_.front());
+    history_.pop_front();
+  }
+  pair.step = taken * direction_;
+  pair.change = trial_gradient - gradient_;
+  const double curvature = pair.step.dot(pair.change);
+  if (!(curvature > 1e-10 * pair.step.norm() * pair.change.norm())) return;
+  pair.inverse_curvature = 1.0 / curvature;
+  history_.push_back(std::move(pair));
 }
 
-// Goes along d as far as the energy falls; false if it does not.
-bool EquilibriumSolver::search(std::vector<Vec3>& x, const VectorXd& d, double& taken) {
-  const double slope = gradient_.dot(d);
-  const double longest = largest_force(d);  // the same norm, of a motion
+// Goes along the direction as far as the energy falls; false if it does not.
+bool EquilibriumSolver::search(std::vector<Vec3>& x, double& taken) {
+  const double slope = gradient_.dot(direction_);
+  const double longest = largest_force(direction_);  // the same norm, of a motion
   if (!(slope < 0.0) || !std::isfinite(longest)) return false;
-  const std::vector<Vec3> start = x;
+  start_ = x;
   const double norm = gradient_.norm();
-  VectorXd trial_gradient;
   taken = std::min(1.0, kLongestMoveMm / longest);
   for (int trial = 0; trial < kTrialSteps; ++trial, taken *= 0.5) {
-    for (Eigen::Index k = 0; 3 * k < d.size(); ++k) x[k] = start[k] + taken * d.segment<3>(3 * k);
-    const double value = energy_.evaluate(x, trial_gradient);
+    for (int k = 0; k < energy_.lattice().num_free_nodes; ++k) {
+      x[k] = start_[k] + taken * direction_.segment<3>(3 * k);
+    }
+    const double value = evaluate(x, trial_gradient_);
     const bool falls = value <= value_ + kArmijo * taken * slope;
-    const bool at_rounding =
-        std::abs(taken * slope) < 1e-11 * (1.0 + std::abs(value_)) && trial_gradient.norm() <= norm;
+    const bool at_rounding = std::abs(taken * slope) < 1e-11 * (1.0 + std::abs(value_)) &&
+                             trial_gradient_.norm() <= norm;
     if (!falls && !at_rounding) continue;
-    remember(taken * d, trial_gradient - gradient_);
+    remember(taken, trial_gradient_);
     value_ = value;
-    gradient_.swap(trial_gradient);
+    gradient_.swap(trial_gradient_);
     return true;
   }
-  x = start;
+  x = start_;
   return false;
 }
 
@@ -118,7 +145,7 @@ EquilibriumReport EquilibriumSolver::solve(std::vector<Vec3>& x,
                                            int max_iterations) {
   EquilibriumReport report;
   history_.clear();
-  value_ = energy_.evaluate(x, gradient_);
+  value_ = evaluate(x, gradient_);
   bool wants_factor = !have_factor_ || factor_tired_;
   int steps_on_factor = 0;
   int steps_on_old_factor = 0;
@@ -136,7 +163,8 @@ EquilibriumReport EquilibriumSolver::solve(std::vector<Vec3>& x,
       steps_on_factor = slow_steps = 0;
     }
     const double before = gradient_.norm();
-    if (!search(x, direction(gradient_), taken)) {
+    find_direction();
+    if (!search(x, taken)) {
       if (report.factorisations > 0 && steps_on_factor == 0) break;  // Newton's own direction fails
       wants_factor = true;
       continue;
@@ -149,6 +177,7 @@ EquilibriumReport EquilibriumSolver::solve(std::vector<Vec3>& x,
                    (slow_steps >= 4 || taken < 0.1 || steps_on_factor >= kMostSteps);
   }
   factor_tired_ = steps_on_old_factor > kTiredAfter;
+  report.shift = shift_;
   return report;
 }
 

@@ -1,4 +1,5 @@
-// Finds the equilibrium of the tissue: grad E(x; controls) = 0 at a minimum of the energy.
+// Finds the equilibrium of the tissue: grad E(x; controls) = 0 at a minimum of the energy. With the
+// inertia of a time step among the terms of E the same minimum is that of an implicit Euler step.
 //
 // One loop serves cold and warm starts. Every step solves with a factored exact Hessian, corrected
 // by the curvature seen since it was factored (L-BFGS):
@@ -6,11 +7,11 @@
 //   d = - two_loop(H_factored^-1, history) grad E,     x := x + t d
 //
 // Right after factoring this is Newton's method. In a sequence the factor of an earlier frame still
-// serves, and the first step is then exactly the tangent prediction dx = H^-1 B dc. A new factor is
-// paid for only when the steps shorten the gradient too little. Where the exact Hessian is not
-// positive definite it is shifted until it is; it is never projected term by term (slower by 3-6
-// times on lattices of this kind). A step is accepted on decrease of energy, or of the gradient
-// once energy differences drown in rounding.
+// serves, and the first step is then the tangent prediction dx = H^-1 B dc. A new factor is paid
+// for only when the steps shorten the gradient too little. Where the exact Hessian is not positive
+// definite it is shifted until it is; it is never projected term by term (slower by 3-6 times on
+// lattices of this kind). A step is accepted on decrease of energy, or of the gradient once energy
+// differences drown in rounding: however few steps are allowed, the energy never rises.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,7 +19,6 @@
 #include <vector>
 
 #include "face/energy.h"
-#include "face/solvers/column_matrix.h"
 #include "face/solvers/factor.h"
 
 namespace zygoma {
@@ -27,7 +27,8 @@ struct EquilibriumReport {
   bool converged = false;
   int iterations = 0;
   int factorisations = 0;
-  double residual_mn = 0.0;  // largest force left on a node
+  double shift = 0.0;        // that the last Hessian needed to be positive definite; 0 = none
+  double residual_mn = 0.0;  // largest force left on a node that moves
 };
 
 class EquilibriumSolver {
@@ -35,18 +36,22 @@ class EquilibriumSolver {
   // `energy` must outlive the solver.
   explicit EquilibriumSolver(const FaceEnergy& energy);
 
-  // Factors at x now, so that the first solve need not.
-  void prepare(const std::vector<Vec3>& x);
+  // Only nodes of the marked columns move from now on; the energy has to be restricted alike.
+  void restrict_to(const std::vector<char>& moving_columns);
+
+  // Forgets what was learnt from an energy that has changed its character (not its controls).
+  void forget();
 
   // Moves the free nodes of x until no node feels more than tolerance_mn. On failure x is the best
-  // point reached, never worse in energy than where it started.
+  // point reached, never higher in energy than where it started.
   EquilibriumReport solve(std::vector<Vec3>& x, double tolerance_mn, int max_iterations);
 
-  // Factors the exact Hessian at x, shifted if it is not positive definite; returns the shift. The
-  // attempts begin with first_shift.
+  // Assembles the exact Hessian at x and factors it, shifted if it is not positive definite;
+  // returns the shift. The attempts begin with first_shift.
   double factor_at(const std::vector<Vec3>& x, Factor& factor, double first_shift = 0.0);
 
-  const Factor& factor() const { return factor_; }
+  // As last assembled.
+  const TissueHessian& hessian() const { return hessian_; }
 
  private:
   struct Pair {
@@ -55,21 +60,26 @@ class EquilibriumSolver {
     double inverse_curvature = 0.0;
   };
 
+  double evaluate(const std::vector<Vec3>& x, Eigen::VectorXd& gradient);
   void refactor(const std::vector<Vec3>& x, double first_shift, EquilibriumReport& report);
-  Eigen::VectorXd direction(const Eigen::VectorXd& gradient) const;
-  bool search(std::vector<Vec3>& x, const Eigen::VectorXd& d, double& taken);
-  void remember(const Eigen::VectorXd& step, const Eigen::VectorXd& change);
+  void find_direction();
+  bool search(std::vector<Vec3>& x, double& taken);
+  void remember(double taken, const Eigen::VectorXd& trial_gradient);
 
   const FaceEnergy& energy_;
-  ColumnMatrix hessian_;
+  TissueHessian hessian_;
   Factor factor_;
+  std::vector<int> frozen_;  // free nodes that do not move
   bool have_factor_ = false;
   double shift_ = 0.0;         // that it was factored with
   bool factor_tired_ = false;  // the last solve needed many steps on it
-  std::deque<Pair> history_;
-  // The point the loop stands on.
+  std::deque<Pair> history_;   // newest last
+  // The point the loop stands on, and workspace.
   double value_ = 0.0;
   Eigen::VectorXd gradient_;
+  Eigen::VectorXd trial_gradient_;
+  Eigen::VectorXd direction_;
+  std::vector<Vec3> start_;
 };
 
 }  // namespace zygoma

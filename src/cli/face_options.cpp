@@ -20,7 +20,7 @@ AssembledFace FaceOptions::assemble() const {
   auto anatomy = std::make_shared<const Anatomy>(make_generic_head({}, head_));
   SettleOptions settle;
   settle.relative_residual = residual_;
-  return {anatomy, Simulator(anatomy, settle)};
+  return {anatomy, Simulator(anatomy, {}, settle)};
 }
 
 void AnimationOptions::declare(OptionSink& options) {

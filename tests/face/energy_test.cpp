@@ -2,17 +2,22 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
+#include <array>
 
 #include "face/prism.h"
 #include "face/tissue.h"
+#include "tests/support/derivatives.h"
 #include "tests/support/face_patch.h"
 
 namespace zygoma {
 namespace {
 
 using test_support::FacePatchOptions;
+using test_support::flattened;
+using test_support::HessianProduct;
 using test_support::make_face_patch;
+using test_support::Random;
+using test_support::times;
 
 FacePatchOptions small_patch() {
   FacePatchOptions options;
@@ -22,20 +27,6 @@ FacePatchOptions small_patch() {
   options.rows_above_mouth = 8;
   return options;
 }
-
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  double next() { return std::uniform_real_distribution<double>(-1.0, 1.0)(engine_); }
-  Vec3 vector() {
-    const double x = next();
-    const double y = next();
-    return {x, y, next()};
-  }
-
- private:
-  std::mt19937 engine_;
-};
 
 TEST(Spring, StretchedPullsItsEndsTogetherCompressedPushesThemApart) {
   const Spring spring = make_spring(0, 1, Vec3::Zero(), Vec3(20.0, 0.0, 0.0), 3.0, 4.0);
@@ -124,60 +115,77 @@ TEST(Prism, VolumeIsTheMeanOfTheTwoSplits) {
 
 TEST(FaceEnergy, GradientAndHessianMatchCentralDifferences) {
   const Anatomy anatomy = make_face_patch(small_patch());
-  FaceEnergy energy(anatomy, make_lattice(anatomy));
-  std::vector<double> contraction(anatomy.muscles.size(), 0.3);
-  energy.set_controls(contraction, 0.1);
-  // Gently moved, compressed by half, and turned inside out here and there.
-  for (const double noise_mm : {0.3, 3.0, 9.0}) {
-    SCOPED_TRACE("noise " + std::to_string(noise_mm));
-    Random random(17);
-    std::vector<Vec3> x = energy.lattice().rest_mm;
-    for (Vec3& p : x) p = 0.8 * p + noise_mm * random.vector();
-    energy.place_bone(x);
-    std::vector<Vec3> motion(x.size(), Vec3::Zero());
-    for (int k = 0; k < energy.lattice().num_free_nodes(); ++k) motion[k] = random.vector();
-    Eigen::VectorXd flat(energy.num_unknowns());
-    for (Eigen::Index k = 0; k < flat.size(); ++k) flat[k] = motion[k / 3][k % 3];
+  for (const Topology topology : {Topology::kPrisms, Topology::kCentroids}) {
+    TissueModel model;
+    model.lattice.topology = topology;
+    FaceEnergy energy(anatomy, model);
+    std::vector<double> contraction(anatomy.muscles.size(), 0.3);
+    energy.set_controls(contraction, 0.1);
+    // Gently moved, compressed by half, and turned inside out here and there.
+    for (const double noise_mm : {0.3, 3.0, 9.0}) {
+      SCOPED_TRACE("topology " + std::to_string(static_cast<int>(topology)) + ", noise " +
+                   std::to_string(noise_mm));
+      Random random(17);
+      std::vector<Vec3> x = energy.lattice().rest_mm;
+      for (Vec3& p : x) p = 0.8 * p + noise_mm * random.vector();
+      energy.place_bone(x);
+      std::vector<Vec3> motion(x.size(), Vec3::Zero());
+      for (int k = 0; k < energy.lattice().num_free_nodes; ++k) motion[k] = random.vector();
+      const double h = 1e-5;
+      std::vector<Vec3> forward = x;
+      std::vector<Vec3> backward = x;
+      for (std::size_t k = 0; k < x.size(); ++k) {
+        forward[k] += h * motion[k];
+        backward[k] -= h * motion[k];
+      }
+      const Eigen::VectorXd flat = flattened(motion);
+      Eigen::VectorXd g, gf, gb;
+      energy.evaluate(x, g);
+      const double ef = energy.evaluate(forward, gf);
+      const double eb = energy.evaluate(backward, gb);
+      EXPECT_NEAR((ef - eb) / (2 * h), g.dot(flat), 1e-5 * g.norm() * flat.norm());
+      const Eigen::Index n = energy.num_unknowns();
+      const Eigen::VectorXd expected = ((gf - gb) / (2 * h)).head(n);
+      HessianProduct product(motion);
+      energy.add_hessian(x, product);
+      EXPECT_LT((product.result.head(n) - expected).norm(), 1e-5 * expected.norm());
+      // The assembled matrix is the same operator.
+      TissueHessian hessian = energy.make_hessian();
+      energy.hessian(x, hessian);
+      const Eigen::VectorXd assembled = times(hessian.free(), flat.head(n));
+      EXPECT_LT((assembled - product.result.head(n)).norm(), 1e-10 * expected.norm());
+    }
+  }
+}
+
+TEST(FaceEnergy, BoneMovesTheFreeNodesAsTheHessianSays) {
+  const Anatomy anatomy = make_face_patch(small_patch());
+  FaceEnergy energy(anatomy);
+  const std::vector<double> contraction(anatomy.muscles.size(), 0.2);
+  energy.set_controls(contraction, 0.15);
+  Random random(4);
+  std::vector<Vec3> x = energy.lattice().rest_mm;
+  for (Vec3& p : x) p += 0.4 * random.vector();
+  energy.place_bone(x);
+  TissueHessian hessian = energy.make_hessian();
+  energy.hessian(x, hessian);
+  const Eigen::MatrixXd forces = energy.control_forces(x, hessian);
+  const int jaw = static_cast<int>(contraction.size());
+  for (const int control : {2, 9, jaw}) {
     const double h = 1e-5;
-    std::vector<Vec3> forward = x;
-    std::vector<Vec3> backward = x;
-    for (std::size_t k = 0; k < x.size(); ++k) {
-      forward[k] += h * motion[k];
-      backward[k] -= h * motion[k];
+    std::array<Eigen::VectorXd, 2> gradient;
+    for (const int side : {0, 1}) {
+      std::vector<double> c = contraction;
+      double jaw_rad = 0.15;
+      (control == jaw ? jaw_rad : c[control]) += side == 0 ? -h : h;
+      energy.set_controls(c, jaw_rad);
+      std::vector<Vec3> moved = x;
+      energy.place_bone(moved);
+      energy.evaluate(moved, gradient[side]);
     }
-    Eigen::VectorXd g, gf, gb;
-    energy.evaluate(x, g);
-    const double ef = energy.evaluate(forward, gf);
-    const double eb = energy.evaluate(backward, gb);
-    EXPECT_NEAR((ef - eb) / (2 * h), g.dot(flat), 1e-5 * g.norm() * flat.norm());
-    const Eigen::VectorXd expected = (gf - gb) / (2 * h);
-    const Eigen::VectorXd product = energy.hessian_times(x, motion);
-    EXPECT_LT((product - expected).norm(), 1e-5 * expected.norm());
-    // The assembled matrix is the same operator.
-    ColumnMatrix hessian = energy.make_pattern();
-    energy.hessian(x, hessian);
-    const int n = hessian.num_columns();
-    Eigen::VectorXd assembled = Eigen::VectorXd::Zero(flat.size());
-    const auto row = [&](int column, int r) { return 3 * ((r / 3) * n + column) + r % 3; };
-    for (int r = 0; r < hessian.rows(0); ++r) {
-      for (int c = 0; c <= r; ++c) {
-        for (int v = 0; v < n; ++v) {
-          const double a = hessian.diagonal(v)(r, c);
-          assembled[row(v, r)] += a * flat[row(v, c)];
-          if (c != r) assembled[row(v, c)] += a * flat[row(v, r)];
-        }
-      }
-    }
-    for (int r = 0; r < hessian.rows(0); ++r) {
-      for (int c = 0; c < hessian.rows(0); ++c) {
-        for (std::size_t e = 0; e < hessian.edges.size(); ++e) {
-          const double a = hessian.edge(e)(r, c);
-          assembled[row(hessian.edges[e][1], r)] += a * flat[row(hessian.edges[e][0], c)];
-          assembled[row(hessian.edges[e][0], c)] += a * flat[row(hessian.edges[e][1], r)];
-        }
-      }
-    }
-    EXPECT_LT((assembled - product).norm(), 1e-10 * product.norm());
+    const Eigen::VectorXd expected =
+        (-(gradient[1] - gradient[0]) / (2 * h)).head(energy.num_unknowns());
+    EXPECT_LT((forces.col(control) - expected).norm(), 1e-5 * expected.norm()) << control;
   }
 }
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "face/energy.h"
-#include "face/lattice.h"
+#include "tests/support/derivatives.h"
 #include "tests/support/face_patch.h"
 
 namespace zygoma {
@@ -163,18 +163,19 @@ TEST(Factor, SolvesWhatTheHessianMultiplies) {
   patch.rows_below_mouth = 2;
   patch.rows_above_mouth = 8;
   const Anatomy anatomy = test_support::make_face_patch(patch);
-  const FaceEnergy energy(anatomy, make_lattice(anatomy));
-  const std::vector<Vec3>& x = energy.lattice().rest_mm;
-  ColumnMatrix hessian = energy.make_pattern();
-  energy.hessian(x, hessian);
-  Factor factor(hessian);
-  ASSERT_TRUE(factor.compute(hessian, 0.0));
-  const MatrixXd expected = random_matrix(energy.num_unknowns(), 1, 5);
-  std::vector<Vec3> motion(x.size(), Vec3::Zero());
-  for (Eigen::Index k = 0; k < expected.size(); ++k) motion[k / 3][k % 3] = expected(k);
-  MatrixXd solution = energy.hessian_times(x, motion);
-  factor.solve(solution);
-  EXPECT_LT((solution - expected).cwiseAbs().maxCoeff(), 1e-9);
+  for (const Topology topology : {Topology::kPrisms, Topology::kCentroids}) {
+    TissueModel model;
+    model.lattice.topology = topology;
+    const FaceEnergy energy(anatomy, model);
+    TissueHessian hessian = energy.make_hessian();
+    energy.hessian(energy.lattice().rest_mm, hessian);
+    Factor factor(hessian.free());
+    ASSERT_TRUE(factor.compute(hessian.free(), 0.0));
+    const MatrixXd expected = random_matrix(energy.num_unknowns(), 1, 5);
+    MatrixXd solution = test_support::times(hessian.free(), expected);
+    factor.solve(solution);
+    EXPECT_LT((solution - expected).cwiseAbs().maxCoeff(), 1e-9);
+  }
 }
 
 }  // namespace

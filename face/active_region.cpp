@@ -1,0 +1,122 @@
+#include "face/active_region.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace zygoma {
+namespace {
+
+constexpr double kNeededShare =
+    0.25;  // of the tolerance: a column that may move this far is needed
+constexpr double kMarginShare = 0.10;   // and joins from here on, so that the region changes seldom
+constexpr double kLargestExcess = 1.6;  // of the region over what is needed, before it shrinks
+constexpr double kForceShare = 0.25;    // of the tolerance, as the stretch a node left out may feel
+
+}  // namespace
+
+void ActiveRegion::find_reach(EquilibriumSolver& solver) {
+  const Lattice& lattice = energy_.lattice();
+  const std::vector<Vec3>& rest = lattice.rest_mm;
+  energy_.set_controls(std::vector<double>(energy_.muscles().pulls.size(), 0.0), 0.0);
+  Factor factor(solver.hessian().free());
+  solver.factor_at(rest, factor);
+  Eigen::MatrixXd motion = energy_.control_forces(rest, solver.hessian());
+  factor.solve(motion);
+  reach_mm_.assign(motion.cols(), std::vector<double>(lattice.columns.size(), 0.0));
+  for (Eigen::Index control = 0; control < motion.cols(); ++control) {
+    for (int node = 0; node < lattice.num_free_nodes; ++node) {
+      double& reach = reach_mm_[control][lattice.column_of[node]];
+      reach = std::max(reach, motion.block<3, 1>(3 * node, control).norm());
+    }
+  }
+  stiffness_.assign(lattice.columns.size(), std::numeric_limits<double>::infinity());
+  for (std::size_t c = 0; c < lattice.columns.size(); ++c) {
+    const auto diagonal = solver.hessian().free().diagonal(static_cast<int>(c)).diagonal();
+    stiffness_[c] = diagonal.minCoeff();
+  }
+}
+
+void ActiveRegion::restrict_all(EquilibriumSolver& solver) {
+  const Lattice& lattice = energy_.lattice();
+  std::vector<char> nodes(lattice.rest_mm.size(), 0);
+  for (int node = 0; node < lattice.num_free_nodes; ++node) {
+    nodes[node] = moving_[lattice.column_of[node]];
+  }
+  energy_.restrict_to(nodes);
+  solver.restrict_to(moving_);
+}
+
+void ActiveRegion::choose(const std::vector<double>& contraction,
+                          double jaw_rad,
+                          double still_mm,
+                          const FaceState& state,
+                          EquilibriumSolver& solver) {
+  if (reach_mm_.empty()) find_reach(solver);
+  const Lattice& lattice = energy_.lattice();
+  const std::size_t n = lattice.columns.size();
+  std::vector<double> reach(n, 0.0);
+  for (std::size_t c = 0; c < n; ++c) {
+    for (std::size_t m = 0; m < contraction.size(); ++m) {
+      reach[c] += contraction[m] * reach_mm_[m][c];
+    }
+    reach[c] += jaw_rad * reach_mm_.back()[c];
+  }
+  // Where the tissue stands away from rest it has to be taken back.
+  for (int node = 0; node < lattice.num_free_nodes; ++node) {
+    double& r = reach[lattice.column_of[node]];
+    r = std::max(r, (state.positions_mm[node] - lattice.rest_mm[node]).norm());
+  }
+  std::size_t needed = 0;
+  std::size_t wanted = 0;
+  std::size_t kept = 0;
+  bool enough = moving_.size() == n;
+  for (std::size_t c = 0; c < n; ++c) {
+    const bool need = reach[c] > kNeededShare * still_mm;
+    needed += need;
+    wanted += reach[c] > kMarginShare * still_mm;
+    if (moving_.size() != n) continue;
+    kept += moving_[c];
+    enough = enough && (moving_[c] || !need);
+  }
+  if (enough && static_cast<double>(kept) <= kLargestExcess * static_cast<double>(wanted) + 8.0) {
+    return;
+  }
+  moving_.assign(n, 0);
+  for (std::size_t c = 0; c < n; ++c) moving_[c] = reach[c] > kMarginShare * still_mm;
+  restrict_all(solver);
+}
+
+bool ActiveRegion::grow(double still_mm, const FaceState& state, EquilibriumSolver& solver) {
+  const Lattice& lattice = energy_.lattice();
+  if (std::find(moving_.begin(), moving_.end(), 0) == moving_.end()) return false;
+  energy_.restrict_to(std::vector<char>(lattice.rest_mm.size(), 1));
+  Eigen::VectorXd gradient;
+  energy_.evaluate(state.positions_mm, gradient);
+  std::vector<char> grown = moving_;
+  for (int node = 0; node < lattice.num_free_nodes; ++node) {
+    const int c = lattice.column_of[node];
+    if (moving_[c]) continue;
+    if (gradient.segment<3>(3 * node).norm() > kForceShare * still_mm * stiffness_[c]) grown[c] = 1;
+  }
+  const bool changed = grown != moving_;
+  moving_ = std::move(grown);
+  if (changed) {
+    restrict_all(solver);
+  } else {
+    std::vector<char> nodes(lattice.rest_mm.size(), 0);
+    for (int node = 0; node < lattice.num_free_nodes; ++node) {
+      nodes[node] = moving_[lattice.column_of[node]];
+    }
+    energy_.restrict_to(nodes);
+  }
+  return changed;
+}
+
+double ActiveRegion::moving_share() const {
+  if (moving_.empty()) return 1.0;
+  return static_cast<double>(std::count(moving_.begin(), moving_.end(), 1)) /
+         static_cast<double>(moving_.size());
+}
+
+}  // namespace zygoma

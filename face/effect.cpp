@@ -1,0 +1,86 @@
+#include "face/effect.h"
+
+#include <algorithm>
+
+#include "src/base/check.h"
+
+namespace zygoma {
+
+#define ZYGOMA_PLUGIN(make) Effect make();
+#include "generated/face_list.inc"
+#undef ZYGOMA_PLUGIN
+
+const std::vector<Effect>& all_effects() {
+  static const std::vector<Effect> effects{
+#define ZYGOMA_PLUGIN(make) make(),
+#include "generated/face_list.inc"
+#undef ZYGOMA_PLUGIN
+  };
+  return effects;
+}
+
+namespace {
+
+const Effect& find_effect(const std::string& name) {
+  std::string known;
+  for (const Effect& effect : all_effects()) {
+    if (effect.name == name) return effect;
+    known += (known.empty() ? "" : ", ") + effect.name;
+  }
+  throw InputError("effect \"" + name + "\" is unknown, expected one of " + known);
+}
+
+EffectValues values_of(const Effect& effect, const EffectChoice& choice) {
+  std::map<std::string, double> values;
+  std::string known;
+  for (const EffectParameter& p : effect.parameters) {
+    known += (known.empty() ? "" : ", ") + p.name;
+    const auto given = choice.values.find(p.name);
+    const double value = given == choice.values.end() ? p.usual : given->second;
+    require(value >= p.lowest && value <= p.highest,
+            "effect " + effect.name + ": " + p.name + " is " + std::to_string(value) +
+                ", expected " + std::to_string(p.lowest) + " to " + std::to_string(p.highest));
+    values[p.name] = value;
+  }
+  for (const auto& [name, value] : choice.values) {
+    require(values.contains(name),
+            "effect " + effect.name + ": no parameter \"" + name + "\", expected " +
+                (known.empty() ? "none" : known));
+  }
+  return EffectValues(std::move(values));
+}
+
+}  // namespace
+
+void check_effects(const std::vector<EffectChoice>& choices) {
+  for (std::size_t k = 0; k < choices.size(); ++k) {
+    values_of(find_effect(choices[k].name), choices[k]);
+    const auto same = [&](const EffectChoice& other) { return other.name == choices[k].name; };
+    require(std::none_of(choices.begin(), choices.begin() + k, same),
+            "effect " + choices[k].name + ": asked for twice");
+  }
+}
+
+Effects make_effects(const std::vector<EffectChoice>& choices,
+                     const Anatomy& anatomy,
+                     Lattice& lattice) {
+  check_effects(choices);
+  // In the order of all_effects(), so that the order of a scene's list has no effect.
+  const auto for_each_chosen = [&](const auto& use) {
+    for (const Effect& effect : all_effects()) {
+      for (const EffectChoice& choice : choices) {
+        if (choice.name == effect.name) use(effect, values_of(effect, choice));
+      }
+    }
+  };
+  for_each_chosen([&](const Effect& effect, const EffectValues& values) {
+    if (effect.shape) effect.shape(values, anatomy, lattice);
+  });
+  Effects effects;
+  for_each_chosen([&](const Effect& effect, const EffectValues& values) {
+    if (effect.build) effect.build(values, anatomy, lattice, effects);
+  });
+  return effects;
+}
+
+}  // namespace zygoma

@@ -1,0 +1,123 @@
+// Volume preservation (paper, section 3b, the q_i of equation (2)): ground substance and fat hardly
+// change their volume.
+//
+//   E = sum_e K/(2 V0) (V - V0)^2  +  sum_e 3 K V0 (J0 - V/V0)^3 where V/V0 < J0
+//
+// The print gives the term the sign of a force but the place of a gradient; here it is the gradient
+// of an energy, so it can be differentiated and adds no energy of its own. The second sum is a
+// barrier: springs cannot see that an element is inside out, a signed volume can. It is finite
+// everywhere, so that inverted elements find their way back.
+#include "face/effect.h"
+#include "face/prism.h"
+
+namespace zygoma {
+namespace {
+
+struct Jet {  // derivatives of the energy of one element by its volume
+  double energy = 0.0, first = 0.0, second = 0.0;
+};
+
+Eigen::Matrix3d cross_matrix(const Vec3& k) {
+  Eigen::Matrix3d m;
+  m << 0.0, -k.z(), k.y(), k.z(), 0.0, -k.x(), -k.y(), k.x(), 0.0;
+  return m;
+}
+
+class Volume final : public EnergyTerm {
+ public:
+  Volume(const EffectValues& values, const Lattice& lattice)
+      : lattice_(lattice),
+        factor_(values["factor"]),
+        barrier_start_(values["barrier_start"]),
+        barrier_ratio_(values["barrier_ratio"]),
+        moving_(lattice.prisms) {}
+
+  double add_gradient(const std::vector<Vec3>& x, Eigen::VectorXd& gradient) const override {
+    double energy = 0.0;
+    for (const Prism& prism : moving_) {
+      PrismCorners g;
+      const Jet jet = energy_of(prism, prism_volume(corners(prism, x), g));
+      energy += jet.energy;
+      for (int c = 0; c < 6; ++c) gradient.segment<3>(3 * prism.node[c]) += jet.first * g[c];
+    }
+    return energy;
+  }
+
+  void add_hessian(const std::vector<Vec3>& x, HessianSink& sink) const override {
+    for (const Prism& prism : lattice_.prisms) {
+      const PrismCorners corner = corners(prism, x);
+      PrismCorners g;
+      PrismCurvature k;
+      const Jet jet = energy_of(prism, prism_volume(corner, g));
+      prism_curvature(corner, k);
+      for (int p = 0; p < 6; ++p) {
+        const Vec3 scaled = jet.second * g[p];
+        sink.add(prism.node[p], prism.node[p], scaled * g[p].transpose());
+        for (int q = p + 1; q < 6; ++q) {
+          Eigen::Matrix3d piece = scaled * g[q].transpose() + cross_matrix(jet.first * k[p][q]);
+          // Corners of a tetrahedral unit that are one node.
+          if (prism.node[p] == prism.node[q]) piece += piece.transpose().eval();
+          sink.add(prism.node[p], prism.node[q], piece);
+        }
+      }
+    }
+  }
+
+  void restrict_to(const std::vector<char>& moving) override {
+    moving_.clear();
+    for (const Prism& prism : lattice_.prisms) {
+      for (const int node : prism.node) {
+        if (!moving[node]) continue;
+        moving_.push_back(prism);
+        break;
+      }
+    }
+  }
+
+ private:
+  static PrismCorners corners(const Prism& prism, const std::vector<Vec3>& x) {
+    PrismCorners corner;
+    for (int c = 0; c < 6; ++c) corner[c] = x[prism.node[c]];
+    return corner;
+  }
+
+  Jet energy_of(const Prism& prism, double volume) const {
+    const double j = volume / prism.rest_mm3;
+    const double k = factor_ * prism.bulk_kpa;
+    Jet jet{0.5 * k * prism.rest_mm3 * (j - 1.0) * (j - 1.0), k * (j - 1.0), k / prism.rest_mm3};
+    const double short_of = barrier_start_ - j;
+    if (short_of > 0.0) {
+      const double b = barrier_ratio_ * k;
+      jet.energy += b * prism.rest_mm3 * short_of * short_of * short_of;
+      jet.first -= 3.0 * b * short_of * short_of;
+      jet.second += 6.0 * b * short_of / prism.rest_mm3;
+    }
+    return jet;
+  }
+
+  const Lattice& lattice_;
+  double factor_;
+  double barrier_start_;  // J0
+  double barrier_ratio_;
+  std::vector<Prism> moving_;  // those with a node that moves
+};
+
+}  // namespace
+
+Effect make_volume_effect() {
+  Effect effect;
+  effect.name = "volume";
+  effect.what = "tissue keeps its volume: cheeks bulge, wrinkles form; nearly every scene needs it";
+  effect.parameters = {
+      {"factor", 1.0, 0.0, 100.0, "on the bulk moduli of the layers; below 0.3 volume is lost"},
+      {"barrier_start", 0.3, 0.01, 0.9, "share of the rest volume where the barrier sets in"},
+      {"barrier_ratio", 3.0, 0.0, 100.0, "stiffness of the barrier against the bulk modulus"},
+  };
+  effect.build = [](const EffectValues& values,
+                    const Anatomy& /*anatomy*/,
+                    const Lattice& lattice,
+                    Effects& effects) { effects.file(std::make_shared<Volume>(values, lattice)); };
+  return effect;
+}
+
+}  // namespace zygoma

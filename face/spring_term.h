@@ -1,0 +1,25 @@
+// The springs of the lattice as a term of the energy (paper, equation (1)): sum_k psi_k(l_k).
+#pragma once
+
+#include <vector>
+
+#include "face/energy_term.h"
+#include "face/lattice.h"
+
+namespace zygoma {
+
+class SpringTerm final : public EnergyTerm {
+ public:
+  // `lattice` must outlive the term.
+  explicit SpringTerm(const Lattice& lattice) : lattice_(lattice), moving_(lattice.springs) {}
+
+  double add_gradient(const std::vector<Vec3>& x_mm, Eigen::VectorXd& gradient) const override;
+  void add_hessian(const std::vector<Vec3>& x_mm, HessianSink& sink) const override;
+  void restrict_to(const std::vector<char>& moving) override;
+
+ private:
+  const Lattice& lattice_;
+  std::vector<Spring> moving_;  // those with an end that moves
+};
+
+}  // namespace zygoma
