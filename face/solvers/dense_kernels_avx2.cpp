@@ -1,11 +1,8 @@
-// Kernels for avx2; flags in CMakeLists.txt.
-#define Eigen eigen_avx2
+// Kernels for AVX2 with fused multiply-add; flags in CMakeLists.txt.
+#if defined(__AVX2__)
+#define ZYGOMA_LANES 4
 #define ZYGOMA_KERNELS kAvx2Kernels
 #define ZYGOMA_KERNELS_NAME "avx2"
-
-namespace zygoma {
-struct DenseKernels;
-extern const DenseKernels ZYGOMA_KERNELS;
-}  // namespace zygoma
-
-#include "face/solvers/dense_kernels_impl.inc"
+#define ZYGOMA_RUNS_HERE (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+#include "face/solvers/dense_kernels.inc"
+#endif
