@@ -197,12 +197,13 @@ Eigen::MatrixXd FaceEnergy::control_forces(const std::vector<Vec3>& x,
   return forces;
 }
 
-double FaceEnergy::largest_muscle_force() const {
-  double largest = 0.0;
+double FaceEnergy::largest_muscle_force(const std::vector<Vec3>& x) const {
+  double largest2 = 0.0;
   for (const Hold& hold : holds_) {
-    largest = std::max(largest, hold.stiffness * pull_mm_[lattice_.column_of[hold.node]].norm());
+    const double off2 = (x[hold.node] - hold.target_mm).squaredNorm();
+    largest2 = std::max(largest2, hold.stiffness * hold.stiffness * off2);
   }
-  return largest;
+  return std::sqrt(largest2);
 }
 
 void FaceEnergy::begin_step(const FaceState& state, double step_s) {

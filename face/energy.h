@@ -87,8 +87,8 @@ class FaceEnergy {
   // last one for the jaw, per rad.
   Eigen::MatrixXd control_forces(const std::vector<Vec3>& x, const TissueHessian& h) const;
 
-  // Largest force of the muscles on a node under the controls as set.
-  double largest_muscle_force() const;
+  // Largest force of the muscles on a node, mN.
+  double largest_muscle_force(const std::vector<Vec3>& x) const;
 
   // A step of time begins or ends, for effects with memory.
   void begin_step(const FaceState& state, double step_s);

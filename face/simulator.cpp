@@ -17,7 +17,7 @@ namespace {
 // equilibrium as a slow motion.
 constexpr double kLongestContractionStep = 0.34;
 constexpr double kLongestJawStepRad = 0.12;
-constexpr double kPathTolerance = 3e-2;   // of the load, at the points in between
+constexpr double kPathTolerance = 0.2;    // of the load, at the points in between
 constexpr double kSmallestLoadMm = 1e-4;  // a load below this stretch counts as this
 constexpr double kWidestJawRad = 0.7;
 
@@ -43,16 +43,6 @@ struct Simulator::Impl {
         known(energy.lattice().rest_mm),
         known_controls(zero_controls()) {
     options.check();
-    // The force the tissue opposes to a fully open jaw, as the yardstick of jaw motion.
-    Controls open = zero_controls();
-    open.jaw_rad = anatomy->jaw.full_rad;
-    std::vector<Vec3> x = known;
-    carry(known_controls, open, x);
-    Eigen::VectorXd gradient;
-    energy.evaluate(x, gradient);
-    for (Eigen::Index k = 0; k < energy.num_unknowns(); k += 3) {
-      full_jaw_load = std::max(full_jaw_load, gradient.segment<3>(k).norm());
-    }
     double area = 0.0;
     for (const Column& column : energy.lattice().columns) area += column.area_mm2;
     smallest_load =
@@ -93,18 +83,12 @@ struct Simulator::Impl {
     energy.place_bone(x);
   }
 
-  double load(const Controls& controls) const {
-    return std::max(
-        smallest_load,
-        energy.largest_muscle_force() + full_jaw_load * controls.jaw_rad / anatomy->jaw.full_rad);
-  }
-
-  void minimise(const Controls& at, double tolerance, std::vector<Vec3>& x, SettleReport& report) {
-    const double scale = load(at);
-    const EquilibriumReport solved = solver.solve(x, tolerance * scale, options.max_iterations);
+  void minimise(double share_of_load, std::vector<Vec3>& x, SettleReport& report) {
+    const EquilibriumReport solved =
+        solver.solve(x, {share_of_load, smallest_load, options.max_iterations});
     report.iterations += solved.iterations;
     report.factorisations += solved.factorisations;
-    report.residual = solved.residual_mn / scale;
+    report.residual = solved.residual_mn / solved.load_mn;
     report.converged = solved.converged;
   }
 
@@ -126,7 +110,7 @@ struct Simulator::Impl {
         next.jaw_rad = from.jaw_rad + share * (to.jaw_rad - from.jaw_rad);
       }
       carry(at, next, x);
-      minimise(next, part < parts ? kPathTolerance : options.relative_residual, x, report);
+      minimise(part < parts ? kPathTolerance : options.relative_residual, x, report);
       at = std::move(next);
     }
     return report.converged;
@@ -189,7 +173,6 @@ struct Simulator::Impl {
   std::vector<Vec3> known;    // the last equilibrium, and what it is the equilibrium of
   Controls known_controls;
   double last_step_s = 0.0;  // that the solver has seen; 0 = settled without time
-  double full_jaw_load = 0.0;
   double smallest_load = 0.0;
 };
 
@@ -253,7 +236,7 @@ SettleReport Simulator::advance(const Controls& controls, double step_s, FaceSta
   SettleReport report;
   impl.energy.begin_step(state, step_s);
   impl.carry(impl.controls_of(state, controls), controls, state.positions_mm);
-  impl.minimise(controls, impl.options.relative_residual, state.positions_mm, report);
+  impl.minimise(impl.options.relative_residual, state.positions_mm, report);
   impl.energy.end_step(state);
   state.time_s += step_s;
   impl.finish(controls, state, report);

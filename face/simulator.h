@@ -36,8 +36,8 @@ struct SettleReport {
   bool converged = false;
   int iterations = 0;
   int factorisations = 0;
-  double residual = 0.0;      // largest nodal force left, over the load: the largest force of the
-                              // muscles, plus what a fully open jaw asks times its opening
+  double residual = 0.0;      // largest nodal force left, over the load: the largest force of a
+                              // muscle or the bone on the tissue
   int inverted_elements = 0;  // elements with negative volume in the result
   double mean_volume_change = 0.0;  // mean |V - V0| / V0
   double moving_share = 1.0;        // of the columns, those solved for

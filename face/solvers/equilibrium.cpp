@@ -16,11 +16,11 @@ constexpr double kLongestMoveMm = 6.0;  // of a node in one step
 constexpr double kArmijo = 1e-4;
 constexpr double kSmallestShift = 2.5e-4;  // of the mean diagonal; less is none
 constexpr double kSlowShrink = 0.8;        // of the gradient per step: worse asks for a new factor
-constexpr int kTiredAfter = 12;            // steps of one solve on an old factor
-constexpr int kMostSteps = 20;  // on one factor: a new one costs as much as about 20 steps
-constexpr int kFreshSteps = 2;  // a new factor gets at least these before it is judged
+constexpr int kFactorSteps = 20;           // what a factor costs, in steps
+constexpr int kMostSteps = 20;             // on one factor within a solve
+constexpr int kFreshSteps = 2;             // a new factor gets at least these before it is judged
 
-double largest_force(const VectorXd& gradient) {
+double largest_force(const Eigen::Ref<const VectorXd>& gradient) {
   double largest2 = 0.0;
   for (Eigen::Index k = 0; k + 2 < gradient.size(); k += 3) {
     largest2 = std::max(largest2, gradient.segment<3>(k).squaredNorm());
@@ -51,7 +51,9 @@ void EquilibriumSolver::forget() {
 double EquilibriumSolver::evaluate(const std::vector<Vec3>& x, VectorXd& gradient) {
   const double value = energy_.evaluate(x, gradient);
   for (const int node : frozen_) gradient.segment<3>(3 * node).setZero();
-  gradient.tail(gradient.size() - energy_.num_unknowns()).setZero();
+  auto on_bone = gradient.tail(gradient.size() - energy_.num_unknowns());
+  load_mn_ = std::max(largest_force(on_bone), energy_.largest_muscle_force(x));
+  on_bone.setZero();
   return value;
 }
 
@@ -79,7 +81,8 @@ void EquilibriumSolver::refactor(const std::vector<Vec3>& x,
                                  EquilibriumReport& report) {
   shift_ = factor_at(x, factor_, first_shift);
   have_factor_ = true;
-  factor_tired_ = false;
+  solves_on_factor_ = 1.0;
+  steps_on_factor_ = kFactorSteps;
   history_.clear();
   ++report.factorisations;
 }
@@ -93,7 +96,7 @@ void EquilibriumSolver::find_direction() {
     share[k] = pair.inverse_curvature * pair.step.dot(direction_);
     direction_ -= share[k] * pair.change;
   }
-  factor_.solve(direction_.head(energy_.num_unknowns()));
+  factor_.solve_roughly(direction_.head(energy_.num_unknowns()));
   for (std::size_t k = 0; k < history_.size(); ++k) {
     const Pair& pair = history_[k];
     direction_ += (share[k] - pair.inverse_curvature * pair.change.dot(direction_)) * pair.step;
@@ -140,21 +143,19 @@ bool EquilibriumSolver::search(std::vector<Vec3>& x, double& taken) {
   return false;
 }
 
-EquilibriumReport EquilibriumSolver::solve(std::vector<Vec3>& x,
-                                           double tolerance_mn,
-                                           int max_iterations) {
+EquilibriumReport EquilibriumSolver::solve(std::vector<Vec3>& x, const EquilibriumStop& stop) {
   EquilibriumReport report;
   history_.clear();
   value_ = evaluate(x, gradient_);
-  bool wants_factor = !have_factor_ || factor_tired_;
+  bool wants_factor = !have_factor_;
   int steps_on_factor = 0;
-  int steps_on_old_factor = 0;
   int slow_steps = 0;
   double taken = 0.0;
   while (true) {
     report.residual_mn = largest_force(gradient_);
-    report.converged = report.residual_mn <= tolerance_mn;
-    if (report.converged || report.iterations >= max_iterations) break;
+    report.load_mn = std::max(load_mn_, stop.least_load_mn);
+    report.converged = report.residual_mn <= stop.share_of_load * report.load_mn;
+    if (report.converged || report.iterations >= stop.max_iterations) break;
     if (wants_factor) {
       // Where a shift was needed and steps are still cut short, the Hessian here will want one too:
       // a failed attempt costs as much as a good one.
@@ -171,12 +172,16 @@ EquilibriumReport EquilibriumSolver::solve(std::vector<Vec3>& x,
     }
     ++report.iterations;
     ++steps_on_factor;
-    if (report.factorisations == 0) ++steps_on_old_factor;
     slow_steps = gradient_.norm() > kSlowShrink * before ? slow_steps + 1 : 0;
     wants_factor = steps_on_factor >= kFreshSteps &&
                    (slow_steps >= 4 || taken < 0.1 || steps_on_factor >= kMostSteps);
   }
-  factor_tired_ = steps_on_old_factor > kTiredAfter;
+  if (report.factorisations == 0) {
+    solves_on_factor_ += 1.0;
+    steps_on_factor_ += report.iterations;
+    // Renewed by the next solve, where it serves from the first step on.
+    have_factor_ = report.iterations <= steps_on_factor_ / solves_on_factor_;
+  }
   report.shift = shift_;
   return report;
 }

@@ -29,6 +29,13 @@ struct EquilibriumReport {
   int factorisations = 0;
   double shift = 0.0;        // that the last Hessian needed to be positive definite; 0 = none
   double residual_mn = 0.0;  // largest force left on a node that moves
+  double load_mn = 0.0;      // largest force of a muscle or the bone on the tissue
+};
+
+struct EquilibriumStop {
+  double share_of_load = 1e-4;
+  double least_load_mn = 0.1;
+  int max_iterations = 60;
 };
 
 class EquilibriumSolver {
@@ -42,9 +49,10 @@ class EquilibriumSolver {
   // Forgets what was learnt from an energy that has changed its character (not its controls).
   void forget();
 
-  // Moves the free nodes of x until no node feels more than tolerance_mn. On failure x is the best
-  // point reached, never higher in energy than where it started.
-  EquilibriumReport solve(std::vector<Vec3>& x, double tolerance_mn, int max_iterations);
+  // Moves the free nodes of x until no node feels more than a share of the load, which counts as
+  // least_load_mn at least. On failure x is the best point reached, never higher in energy than
+  // where it started.
+  EquilibriumReport solve(std::vector<Vec3>& x, const EquilibriumStop& stop);
 
   // Assembles the exact Hessian at x and factors it, shifted if it is not positive definite;
   // returns the shift. The attempts begin with first_shift.
@@ -71,11 +79,13 @@ class EquilibriumSolver {
   Factor factor_;
   std::vector<int> frozen_;  // free nodes that do not move
   bool have_factor_ = false;
-  double shift_ = 0.0;         // that it was factored with
-  bool factor_tired_ = false;  // the last solve needed many steps on it
-  std::deque<Pair> history_;   // newest last
+  double shift_ = 0.0;  // that it was factored with
+  double solves_on_factor_ = 0.0;
+  double steps_on_factor_ = 0.0;  // of those solves; the factor itself counts as kFactorSteps
+  std::deque<Pair> history_;      // newest last
   // The point the loop stands on, and workspace.
   double value_ = 0.0;
+  double load_mn_ = 0.0;
   Eigen::VectorXd gradient_;
   Eigen::VectorXd trial_gradient_;
   Eigen::VectorXd direction_;
