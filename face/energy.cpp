@@ -28,10 +28,16 @@ void MuscleOptions::check() const {
 }
 
 FaceEnergy::FaceEnergy(const Anatomy& anatomy, const TissueModel& model)
+    : FaceEnergy(anatomy, make_lattice(anatomy, model.lattice), model.muscles, model.effects) {}
+
+FaceEnergy::FaceEnergy(const Anatomy& anatomy,
+                       Lattice lattice,
+                       const MuscleOptions& muscles,
+                       const std::vector<EffectChoice>& effects)
     : anatomy_(anatomy),
-      lattice_(make_lattice(anatomy, model.lattice)),
-      options_(model.muscles),
-      effects_(make_effects(model.effects, anatomy, lattice_)),
+      lattice_(std::move(lattice)),
+      options_(muscles),
+      effects_(make_effects(effects, anatomy, lattice_)),
       springs_(lattice_),
       muscles_(make_muscle_field(anatomy, lattice_)) {
   options_.check();

@@ -45,6 +45,11 @@ class FaceEnergy {
  public:
   // `anatomy` must outlive the energy.
   explicit FaceEnergy(const Anatomy& anatomy, const TissueModel& model = {});
+  // With a lattice of another making over the anatomy's surface.
+  FaceEnergy(const Anatomy& anatomy,
+             Lattice lattice,
+             const MuscleOptions& muscles,
+             const std::vector<EffectChoice>& effects);
   FaceEnergy(const FaceEnergy&) = delete;  // terms refer to the lattice
   FaceEnergy& operator=(const FaceEnergy&) = delete;
 
