@@ -188,6 +188,9 @@ class PanelDrawing {
       svg_ +=
           text_at(origin_x_ - 7.0, at_y(tick) + 4.0, tick_text(y_, tick), R"(text-anchor="end")");
     }
+    if (!y_.logarithmic && y_.low < 0.0 && y_.high > 0.0) {
+      svg_ += line(origin_x_, at_y(0.0), right, at_y(0.0), R"(stroke="#999")");
+    }
     svg_ += line(origin_x_, origin_y_, origin_x_, bottom, axis);
     svg_ += line(origin_x_, bottom, right, bottom, axis);
     svg_ += text_at(
@@ -296,7 +299,7 @@ std::vector<double> round_ticks(double low, double high, int about) {
   for (const double factor : {5.0, 2.0, 1.0}) {
     if (factor * power >= 0.75 * wanted) step = factor * power;
   }
-  constexpr double kRounding = 1e-9;
+  constexpr double kRounding = 1e-3;  // of a step: less than a pixel beyond the last tick
   const double first = std::floor(low / step + kRounding);
   const double last = std::ceil(high / step - kRounding);
   std::vector<double> ticks;

@@ -32,8 +32,9 @@ struct PlotPanel {
 };
 
 // Marks on an axis that shows low to high: multiples of 1, 2 or 5 times a power of ten, about
-// `about` of them and at least two, the outermost at or beyond the ends. On a logarithmic axis
-// (low > 0) powers of ten, with 2 and 5 between them where there is room.
+// `about` of them and at least two, the outermost at the ends (to a thousandth of a step) or
+// beyond. On a logarithmic axis (low > 0) powers of ten, with 2 and 5 between them where there is
+// room.
 std::vector<double> round_ticks(double low, double high, int about);
 std::vector<double> logarithmic_ticks(double low, double high, int about);
 
