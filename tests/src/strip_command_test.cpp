@@ -26,8 +26,8 @@ double deviation(const CsvTable& table, const char* measured, const char* closed
 
 TEST(StripCommandTest, WritesCurvesThatFollowTheClosedForms) {
   const ScratchFolder folder;
-  const Outcome outcome =
-      run_program(folder, {"strip", "-o", folder / "out", "--ratio", "0.8", "--relaxation", "0.1"});
+  const Outcome outcome = run_program(
+      folder, {"strip", "-o", folder / "out", "--with", "viscosity:ratio=0.8,relaxation_s=0.1"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("relaxation"), std::string::npos) << outcome.out;
   for (const char* name : {"stress_strain", "relaxation", "creep", "hysteresis"}) {
@@ -58,6 +58,14 @@ TEST(StripCommandTest, WritesCurvesThatFollowTheClosedForms) {
   }
   EXPECT_GT(failed_as_printed, 0);
   EXPECT_NE(outcome.err.find("printed_law: no equilibrium in"), std::string::npos) << outcome.err;
+}
+
+TEST(StripCommandTest, TakesOnlyEffectsWithinTheTissue) {
+  const ScratchFolder folder;
+  const Outcome outcome = run_program(folder, {"strip", "-o", folder / "out", "--with", "gravity"});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("gravity acts from outside"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "out")) << "left behind";
 }
 
 }  // namespace

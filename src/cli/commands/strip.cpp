@@ -11,6 +11,7 @@
 #include "face/tissue.h"
 #include "src/base/check.h"
 #include "src/cli/command.h"
+#include "src/cli/effect_options.h"
 #include "src/io/atomic_file.h"
 #include "src/io/output_folder.h"
 #include "src/io/svg_plot.h"
@@ -24,7 +25,7 @@ constexpr double kLargeStrain = 0.2;
 constexpr double kHighestStrain = 0.4;
 constexpr int kStretchSteps = 160;
 constexpr int kCycles = 6;
-constexpr int kStepsPerCycle = 90;
+constexpr int kStepsPerCycle = 60;
 constexpr std::array<double, 3> kRates{0.1, 1.0, 10.0};  // w tau
 constexpr std::array<const char*, 3> kRateNames{"ωτ = 0.1", "ωτ = 1", "ωτ = 10"};
 
@@ -59,10 +60,10 @@ void write_curves(const std::string& path,
       text += curve.name;
       for (const double value : {point.time_s, point.strain, point.stress_kpa}) {
         text += ',';
-        append_fixed(text, value, 9);
+        append_fixed(text, value, 8);
       }
       text += ',';
-      if (!curve.closed_form.empty()) append_fixed(text, curve.closed_form[k], 9);
+      if (!curve.closed_form.empty()) append_fixed(text, curve.closed_form[k], 8);
       text += point.converged ? ",1\n" : ",0\n";
     }
   }
@@ -118,21 +119,24 @@ class StripCommand : public Command {
     return "Writes as CSV and SVG into the folder: strip_stress_strain (slow stretch), "
            "strip_relaxation (held strain), strip_creep (held load) and strip_hysteresis (cyclic "
            "stretch at three rates), the last three with viscosity and beside the closed form of "
-           "the standard linear solid.";
+           "the standard linear solid. It holds for springs alone; --with volume shows how much "
+           "of it is left with volume preservation.";
   }
-  std::string example() const override { return "-o result --ratio 0.5 --relaxation 0.3"; }
+  std::string example() const override {
+    return "-o result --with viscosity:ratio=0.5,relaxation_s=0.3";
+  }
   int rank() const override { return 7; }
   void declare(OptionSink& options) override {
     options.text("-o,--output", folder_, "FOLDER", "where the results go; made if missing");
-    options.number(
-        "--ratio", ratio_, {0.01, 50.0}, "stiffness of the slow branch over the fast one");
-    options.number("--relaxation",
-                   relaxation_s_,
-                   {1e-3, 10.0},
-                   "time in which the tension of the slow branch falls to 1/e, s");
+    effects_.declare(options);
   }
 
   int run(RunContext& context) override {
+    std::vector<EffectChoice> effects{{"viscosity", {}}};
+    effects_.apply(effects);
+    require_internal(effects);
+    const double ratio = value_of(effects, "ratio", 0.0);
+    relaxation_s_ = value_of(effects, "relaxation_s", 1.0);
     const OutputFolder folder(folder_);
     const auto finish = [&](const char* experiment,
                             const char* closed_form,
@@ -147,9 +151,8 @@ class StripCommand : public Command {
     finish("stress_strain", "closed_form_kpa", stretched, stretch_panels(stretched));
     if (context.stop()) return 0;
 
-    TensileTest test(make_strip(),
-                     {{"viscosity", {{"ratio", ratio_}, {"relaxation_s", relaxation_s_}}}});
-    const StandardLinearSolid solid{test.modulus_kpa(), ratio_, relaxation_s_};
+    TensileTest test(make_strip(), effects);
+    const StandardLinearSolid solid{test.modulus_kpa(), ratio, relaxation_s_};
     const std::vector<Curve> relaxed = relaxation(test, solid);
     finish("relaxation", "closed_form_kpa", relaxed, relaxation_panels(relaxed, solid));
     const std::vector<Curve> crept = creeping(test, solid);
@@ -161,6 +164,33 @@ class StripCommand : public Command {
   }
 
  private:
+  static void require_internal(const std::vector<EffectChoice>& effects) {
+    for (const EffectChoice& choice : effects) {
+      for (const Effect& effect : all_effects()) {
+        require(effect.name != choice.name || effect.internal,
+                "--with: " + effect.name +
+                    " acts from outside of the tissue, expected an effect within it");
+      }
+    }
+  }
+
+  // Of viscosity; `none` where there is none.
+  static double value_of(const std::vector<EffectChoice>& effects,
+                         const std::string& parameter,
+                         double none) {
+    for (const EffectChoice& choice : effects) {
+      if (choice.name != "viscosity") continue;
+      if (choice.values.contains(parameter)) return choice.values.at(parameter);
+      for (const Effect& effect : all_effects()) {
+        if (effect.name != choice.name) continue;
+        for (const EffectParameter& p : effect.parameters) {
+          if (p.name == parameter) return p.usual;
+        }
+      }
+    }
+    return none;
+  }
+
   static std::vector<Curve> stretch() {
     const auto stretched =
         [](const std::string& name, SpringLaw law, const std::vector<EffectChoice>& effects) {
@@ -336,8 +366,8 @@ class StripCommand : public Command {
   }
 
   std::string folder_ = "zygoma-out";
-  double ratio_ = 0.5;
-  double relaxation_s_ = 0.3;
+  EffectOptions effects_;
+  double relaxation_s_ = 0.0;
 };
 
 }  // namespace
