@@ -154,6 +154,18 @@ struct Simulator::Impl {
     solver.forget();
   }
 
+  // Starts a step where the velocities lead, if that is not higher in energy than where it stands.
+  void coast(FaceState& state, double step_s) {
+    if (state.velocities_mm_per_s.empty()) return;
+    std::vector<Vec3> x = state.positions_mm;
+    for (int k = 0; k < energy.lattice().num_free_nodes; ++k) {
+      x[k] += step_s * state.velocities_mm_per_s[k];
+    }
+    Eigen::VectorXd unused;
+    if (energy.evaluate(x, unused) > energy.evaluate(state.positions_mm, unused)) return;
+    state.positions_mm = std::move(x);
+  }
+
   void finish(const Controls& controls, FaceState& state, SettleReport& report) {
     const FaceEnergy::VolumeReport volumes = energy.volumes(state.positions_mm);
     report.inverted_elements = volumes.inverted;
@@ -236,6 +248,7 @@ SettleReport Simulator::advance(const Controls& controls, double step_s, FaceSta
   SettleReport report;
   impl.energy.begin_step(state, step_s);
   impl.carry(impl.controls_of(state, controls), controls, state.positions_mm);
+  impl.coast(state, step_s);
   impl.minimise(impl.options.relative_residual, state.positions_mm, report);
   impl.energy.end_step(state);
   state.time_s += step_s;
