@@ -1,0 +1,148 @@
+// Viscosity (paper, section 2: stress relaxes at constant strain, strain creeps at constant stress,
+// cyclic loading shows hysteresis): the ground substance slows the fibres down.
+//
+// Every spring gets a Maxwell branch beside it, a spring of stiffness k = ratio alpha in series
+// with a dashpot of relaxation time tau, which makes it a standard linear solid. With q the part of
+// the elongation e that the dashpot has not taken up yet,
+//
+//   force = k q,    dq/dt = de/dt - q / tau.
+//
+// Let e be linear in time over a step of length h. Then, without further error,
+//
+//   q = a q_n + b (e - e_n),    a = exp(-h / tau),    b = (1 - a) tau / h,
+//
+// which is the force of the potential k b / 2 (e - e*)^2 with e* = e_n - a q_n / b: exact
+// derivatives, stable for every h, second order in h. q is what FaceState remembers, so that an
+// empty memory stands for a face that has been at rest for long.
+#include <cmath>
+#include <string>
+
+#include "face/effect.h"
+#include "src/base/check.h"
+
+namespace zygoma {
+namespace {
+
+constexpr const char* kName = "viscosity";
+
+class Viscosity final : public EnergyTerm, public MemoryTerm {
+ public:
+  Viscosity(const EffectValues& values, const Lattice& lattice)
+      : lattice_(lattice), ratio_(values["ratio"]), relaxation_s_(values["relaxation_s"]) {
+    target_.resize(lattice.springs.size());
+    restrict_to(std::vector<char>(lattice.rest_mm.size(), 1));
+  }
+
+  double add_gradient(const std::vector<Vec3>& x, Eigen::VectorXd& gradient) const override {
+    if (follow_ == 0.0) return 0.0;
+    double energy = 0.0;
+    for (const int k : moving_) {
+      const Spring& spring = lattice_.springs[k];
+      const Vec3 r = x[spring.j] - x[spring.i];
+      const double l = std::sqrt(r.squaredNorm() + spring.softening_mm2);
+      const double stiffness = branch_stiffness(spring);
+      const double off = l - spring.rest_mm - target_[k];
+      energy += 0.5 * stiffness * off * off;
+      const Vec3 g = (stiffness * off / l) * r;
+      gradient.segment<3>(3 * spring.i) -= g;
+      gradient.segment<3>(3 * spring.j) += g;
+    }
+    return energy;
+  }
+
+  void add_hessian(const std::vector<Vec3>& x, HessianSink& sink) const override {
+    for (std::size_t k = 0; k < target_.size(); ++k) {
+      const Spring& spring = lattice_.springs[k];
+      const Vec3 r = x[spring.j] - x[spring.i];
+      const double l2 = r.squaredNorm() + spring.softening_mm2;
+      const double l = std::sqrt(l2);
+      const double stiffness = branch_stiffness(spring);
+      const double across = stiffness * (l - spring.rest_mm - target_[k]) / l;
+      Eigen::Matrix3d piece = ((stiffness - across) / l2) * r * r.transpose();
+      piece.diagonal().array() += across;
+      sink.add(spring.i, spring.i, piece);
+      sink.add(spring.j, spring.j, piece);
+      sink.add(spring.i, spring.j, -piece);
+    }
+  }
+
+  void restrict_to(const std::vector<char>& moving) override {
+    moving_.clear();
+    for (std::size_t k = 0; k < lattice_.springs.size(); ++k) {
+      const Spring& spring = lattice_.springs[k];
+      if (moving[spring.i] || moving[spring.j]) moving_.push_back(static_cast<int>(k));
+    }
+  }
+
+  void begin_step(const FaceState& state, double step_s) override {
+    const auto found = state.history.find(kName);
+    const bool remembers = found != state.history.end() && !found->second.empty();
+    require(!remembers || found->second.size() == target_.size(),
+            "viscosity: the state remembers " +
+                std::to_string(remembers ? found->second.size() : 0) + " springs, expected " +
+                std::to_string(target_.size()));
+    const double kept = std::exp(-step_s / relaxation_s_);
+    follow_ = -std::expm1(-step_s / relaxation_s_) * relaxation_s_ / step_s;
+    for (std::size_t k = 0; k < target_.size(); ++k) {
+      const double q = remembers ? found->second[k] : 0.0;
+      target_[k] = elongation(lattice_.springs[k], state.positions_mm) - kept * q / follow_;
+    }
+  }
+
+  void end_step(FaceState& state) override {
+    std::vector<double>& q = state.history[kName];
+    q.resize(target_.size());
+    for (std::size_t k = 0; k < q.size(); ++k) {
+      q[k] = follow_ * (elongation(lattice_.springs[k], state.positions_mm) - target_[k]);
+    }
+    follow_ = 0.0;
+  }
+
+ private:
+  static double elongation(const Spring& spring, const std::vector<Vec3>& x) {
+    return std::sqrt((x[spring.j] - x[spring.i]).squaredNorm() + spring.softening_mm2) -
+           spring.rest_mm;
+  }
+  double branch_stiffness(const Spring& spring) const {
+    return follow_ * ratio_ * spring.law.alpha;
+  }
+
+  const Lattice& lattice_;
+  double ratio_;
+  double relaxation_s_;
+  std::vector<int> moving_;  // springs with an end that moves
+  // Of the step that lasts:
+  double follow_ = 0.0;         // b; 0 between steps
+  std::vector<double> target_;  // e*, per spring
+};
+
+}  // namespace
+
+Effect make_viscosity_effect() {
+  Effect effect;
+  effect.name = kName;
+  effect.what = "tissue resists fast strain and creeps afterwards: softer motion, hysteresis";
+  effect.parameters = {
+      {"ratio",
+       0.5,
+       0.0,
+       50.0,
+       "stiffness of the slow branch against alpha; at 0 no effect, above 10 fast expressions are "
+       "held back"},
+      {"relaxation_s",
+       0.3,
+       1e-3,
+       1e3,
+       "time in which its tension falls to 1/e; far below a time step it has no effect, far above "
+       "the length of a scene it is one more spring"},
+  };
+  effect.build = [](const EffectValues& values,
+                    const Anatomy& /*anatomy*/,
+                    const Lattice& lattice,
+                    Effects& effects) {
+    effects.file(std::make_shared<Viscosity>(values, lattice));
+  };
+  return effect;
+}
+
+}  // namespace zygoma

@@ -1,0 +1,396 @@
+// What every effect has to stand, whichever it is: the suite runs over all_effects(), so that an
+// effect is tested by existing.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "face/effect.h"
+#include "face/energy.h"
+#include "src/base/check.h"
+#include "tests/support/allocations.h"
+#include "tests/support/derivatives.h"
+#include "tests/support/face_patch.h"
+
+namespace zygoma {
+namespace {
+
+using test_support::FacePatchOptions;
+using test_support::flattened;
+using test_support::HessianProduct;
+using test_support::make_face_patch;
+using test_support::Random;
+
+constexpr double kStepS = 1.0 / 60.0;
+
+Anatomy small_patch() {
+  FacePatchOptions options;
+  options.half_columns = 5;
+  options.row_mm = 16.0;
+  options.rows_below_mouth = 2;
+  options.rows_above_mouth = 8;
+  return make_face_patch(options);
+}
+
+// A face with one effect.
+struct Scene {
+  explicit Scene(const EffectChoice& choice, Topology topology = Topology::kPrisms)
+      : anatomy(small_patch()), energy(anatomy, model(choice, topology)) {}
+
+  static TissueModel model(const EffectChoice& choice, Topology topology) {
+    TissueModel tissue;
+    tissue.lattice.topology = topology;
+    tissue.effects = {choice};
+    return tissue;
+  }
+  const Lattice& lattice() const { return energy.lattice(); }
+
+  std::vector<Vec3> random_positions(unsigned seed, double noise_mm) const {
+    Random random(seed);
+    std::vector<Vec3> x = lattice().rest_mm;
+    for (Vec3& p : x) p = 0.9 * p + noise_mm * random.vector();
+    return x;
+  }
+
+  FaceState at_rest() const {
+    FaceState state;
+    state.positions_mm = lattice().rest_mm;
+    return state;
+  }
+
+  void set_jaw(double jaw_rad) {
+    energy.set_controls(std::vector<double>(anatomy.muscles.size(), 0.0), jaw_rad);
+  }
+
+  // A step from rest to a place, and the beginning of another: what has a memory is awake now.
+  void wake(const std::vector<Vec3>& place) {
+    FaceState state = at_rest();
+    energy.begin_step(state, kStepS);
+    state.positions_mm = place;
+    energy.end_step(state);
+    energy.begin_step(state, kStepS);
+  }
+
+  // Of the effect alone.
+  double gradient(const std::vector<Vec3>& x, Eigen::VectorXd& g) const {
+    g.setZero(3 * static_cast<Eigen::Index>(x.size()));
+    double sum = 0.0;
+    for (const auto& term : energy.effects().energy()) sum += term->add_gradient(x, g);
+    return sum;
+  }
+  void hessian(const std::vector<Vec3>& x, HessianSink& sink) const {
+    for (const auto& term : energy.effects().energy()) term->add_hessian(x, sink);
+  }
+
+  Anatomy anatomy;
+  FaceEnergy energy;
+};
+
+// Values for which the face at rest is at rest: gravity acts on any other than an upright head.
+EffectChoice restful(const Effect& effect) {
+  if (effect.name == "gravity") return {effect.name, {{"pitch_deg", 0.0}}};
+  return {effect.name, {}};
+}
+
+class EveryEffect : public testing::TestWithParam<Effect> {
+ protected:
+  const Effect& effect() const { return GetParam(); }
+  EffectChoice usual() const { return {effect().name, {}}; }
+
+  // The message with which a choice is refused.
+  static std::string refusal(const std::vector<EffectChoice>& choices) {
+    try {
+      check_effects(choices);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+};
+
+TEST_P(EveryEffect, SaysWhatItIs) {
+  EXPECT_FALSE(effect().what.empty());
+  EXPECT_TRUE(effect().shape != nullptr || effect().build != nullptr);
+  for (const EffectParameter& p : effect().parameters) {
+    EXPECT_LT(p.lowest, p.highest) << p.name;
+    EXPECT_GE(p.usual, p.lowest) << p.name;
+    EXPECT_LE(p.usual, p.highest) << p.name;
+    EXPECT_FALSE(p.help.empty()) << p.name;
+  }
+}
+
+TEST_P(EveryEffect, RefusesWhatItCannotTake) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const EffectParameter& p : effect().parameters) {
+    for (const double bad : {p.lowest - 1.0, p.highest + 1.0, kNan, kInfinity}) {
+      const std::string message = refusal({{effect().name, {{p.name, bad}}}});
+      for (const std::string& part : {effect().name,
+                                      p.name,
+                                      std::to_string(bad),
+                                      std::to_string(p.lowest),
+                                      std::to_string(p.highest)}) {
+        EXPECT_NE(message.find(part), std::string::npos) << part << " in: " << message;
+      }
+    }
+    for (const double good : {p.lowest, p.usual, p.highest}) {
+      EXPECT_EQ(refusal({{effect().name, {{p.name, good}}}}), "");
+    }
+  }
+  EXPECT_NE(refusal({{effect().name, {{"flavour", 1.0}}}}).find("flavour"), std::string::npos);
+  EXPECT_NE(refusal({usual(), usual()}).find("twice"), std::string::npos);
+}
+
+TEST_P(EveryEffect, LeavesTheFaceAtRestAlone) {
+  for (const Topology topology : {Topology::kPrisms, Topology::kCentroids}) {
+    Scene scene(restful(effect()), topology);
+    const std::vector<Vec3>& rest = scene.lattice().rest_mm;
+    Eigen::VectorXd g;
+    EXPECT_EQ(scene.energy.evaluate(rest, g), 0.0);
+    EXPECT_EQ(g.lpNorm<Eigen::Infinity>(), 0.0);
+    scene.wake(rest);
+    EXPECT_EQ(scene.energy.evaluate(rest, g), 0.0);
+    EXPECT_EQ(g.lpNorm<Eigen::Infinity>(), 0.0);
+  }
+}
+
+TEST_P(EveryEffect, InternalForcesAndTorquesAddUpToZero) {
+  if (!effect().internal) GTEST_SKIP() << "acts from outside";
+  for (const Topology topology : {Topology::kPrisms, Topology::kCentroids}) {
+    Scene scene(usual(), topology);
+    scene.wake(scene.random_positions(1, 3.0));
+    const std::vector<Vec3> x = scene.random_positions(2, 5.0);
+    Eigen::VectorXd g;
+    scene.gradient(x, g);
+    Vec3 force = Vec3::Zero();
+    Vec3 torque = Vec3::Zero();
+    double scale = 0.0;
+    for (std::size_t k = 0; k < x.size(); ++k) {
+      const Vec3 f = -g.segment<3>(3 * k);
+      force += f;
+      torque += x[k].cross(f);
+      scale += f.norm();
+    }
+    EXPECT_LE(force.norm(), 1e-12 * scale);
+    EXPECT_LE(torque.norm(), 1e-10 * scale);
+  }
+}
+
+TEST_P(EveryEffect, DerivativesMatchCentralDifferences) {
+  for (const Topology topology : {Topology::kPrisms, Topology::kCentroids}) {
+    // Gently moved, folded, and turned inside out here and there.
+    for (const double noise_mm : {0.3, 3.0, 9.0}) {
+      SCOPED_TRACE("topology " + std::to_string(static_cast<int>(topology)) + ", noise " +
+                   std::to_string(noise_mm));
+      Scene scene(usual(), topology);
+      scene.set_jaw(0.1);
+      scene.wake(scene.random_positions(5, noise_mm));
+      const std::vector<Vec3> x = scene.random_positions(6, noise_mm);
+      Random random(7);
+      std::vector<Vec3> motion(x.size());
+      for (Vec3& m : motion) m = random.vector();
+      const auto moved = [&](double by) {
+        std::vector<Vec3> result = x;
+        for (std::size_t k = 0; k < x.size(); ++k) result[k] += by * motion[k];
+        return result;
+      };
+      const Eigen::Index n = scene.energy.num_unknowns();
+      const double h = 1e-5;
+      Eigen::VectorXd g, gf, gb;
+      scene.gradient(x, g);
+      scene.gradient(moved(+h), gf);
+      scene.gradient(moved(-h), gb);
+      const Eigen::VectorXd expected = ((gf - gb) / (2 * h)).head(n);
+      HessianProduct product(motion);
+      scene.hessian(x, product);
+      EXPECT_LE((product.result.head(n) - expected).norm(), 1e-5 * expected.norm() + 1e-9);
+      // The energy, along the free nodes alone: bone has no complete gradient.
+      for (int k = 0; k < scene.energy.num_nodes(); ++k) {
+        if (!scene.lattice().is_free(k)) motion[k].setZero();
+      }
+      const double slope =
+          (scene.gradient(moved(+h), gf) - scene.gradient(moved(-h), gb)) / (2 * h);
+      EXPECT_NEAR(
+          slope, g.dot(flattened(motion)), 1e-6 * g.norm() * flattened(motion).norm() + 1e-9);
+    }
+  }
+}
+
+TEST_P(EveryEffect, JawForceMatchesCentralDifferences) {
+  Scene scene(usual());
+  const std::vector<Vec3> x = scene.random_positions(8, 2.0);
+  const Eigen::Index n = scene.energy.num_unknowns();
+  for (const double jaw_rad : {0.0, 0.2}) {
+    scene.set_jaw(jaw_rad);
+    Eigen::VectorXd forces = Eigen::VectorXd::Zero(n);
+    for (const auto& term : scene.energy.effects().energy()) term->add_jaw_force(x, forces);
+    const double h = 1e-6;
+    Eigen::VectorXd gf, gb;
+    scene.set_jaw(jaw_rad + h);
+    scene.gradient(x, gf);
+    scene.set_jaw(jaw_rad - h);
+    scene.gradient(x, gb);
+    const Eigen::VectorXd expected = -((gf - gb) / (2 * h)).head(n);
+    EXPECT_LE((forces - expected).norm(), 1e-5 * expected.norm() + 1e-9);
+  }
+}
+
+TEST_P(EveryEffect, SameBitsTwice) {
+  std::array<Eigen::VectorXd, 3> g;
+  std::array<double, 3> value{};
+  Scene one(usual());
+  Scene other(usual());
+  const std::vector<Vec3> place = one.random_positions(9, 2.0);
+  const std::vector<Vec3> x = one.random_positions(10, 3.0);
+  one.wake(place);
+  other.wake(place);
+  value[0] = one.energy.evaluate(x, g[0]);
+  value[1] = one.energy.evaluate(x, g[1]);
+  value[2] = other.energy.evaluate(x, g[2]);
+  for (const int k : {1, 2}) {
+    EXPECT_EQ(value[0], value[k]);
+    EXPECT_EQ(g[0], g[k]);
+  }
+}
+
+TEST_P(EveryEffect, PatternIsTheSameWhereverTheNodesAre) {
+  for (const Topology topology : {Topology::kPrisms, Topology::kCentroids}) {
+    Scene scene(usual(), topology);
+    PatternRecorder at_rest;
+    scene.hessian(scene.lattice().rest_mm, at_rest);
+    scene.wake(scene.random_positions(11, 2.0));
+    scene.set_jaw(0.3);
+    PatternRecorder elsewhere;
+    scene.hessian(scene.random_positions(12, 9.0), elsewhere);
+    EXPECT_EQ(at_rest.pairs, elsewhere.pairs);
+  }
+}
+
+TEST_P(EveryEffect, AllocatesNothingWhileItIsEvaluated) {
+  if (!test_support::can_count_allocations) GTEST_SKIP() << "a sanitizer counts already";
+  Scene scene(usual());
+  scene.wake(scene.random_positions(13, 2.0));
+  const std::vector<Vec3> x = scene.random_positions(14, 3.0);
+  Eigen::VectorXd g;
+  scene.gradient(x, g);
+  TissueHessian hessian = scene.energy.make_hessian();
+  long before = test_support::num_allocations;
+  scene.gradient(x, g);
+  scene.energy.hessian(x, hessian);
+  EXPECT_EQ(test_support::num_allocations, before);
+  before = test_support::num_allocations;
+  const Eigen::VectorXd copy = g;
+  EXPECT_EQ(copy.size(), g.size());
+  EXPECT_GT(test_support::num_allocations, before) << "the counter does not count";
+}
+
+// For every node the one across the middle of the face.
+std::vector<int> twins(const Scene& scene) {
+  const Anatomy& anatomy = scene.anatomy;
+  const Lattice& lattice = scene.lattice();
+  std::vector<int> twin(lattice.rest_mm.size());
+  for (std::size_t v = 0; v < anatomy.surface.positions_mm.size(); ++v) {
+    const Vec3& p = anatomy.surface.positions_mm[v];
+    const int u = test_support::nearest_vertex(
+        anatomy, -p.x(), p.y(), [&](int w) { return anatomy.region[w] == anatomy.region[v]; });
+    for (std::size_t k = 0; k < lattice.columns[v].nodes.size(); ++k) {
+      twin[lattice.columns[v].nodes[k]] = lattice.columns[u].nodes[k];
+    }
+  }
+  return twin;
+}
+
+TEST_P(EveryEffect, MirroredFaceHasMirroredForces) {
+  Scene scene(usual());
+  const std::vector<int> twin = twins(scene);
+  const auto mirrored = [&](const std::vector<Vec3>& x) {
+    std::vector<Vec3> result(x.size());
+    for (std::size_t k = 0; k < x.size(); ++k) {
+      result[twin[k]] = Vec3(-x[k].x(), x[k].y(), x[k].z());
+    }
+    return result;
+  };
+  const std::vector<Vec3> place = scene.random_positions(15, 2.0);
+  const std::vector<Vec3> x = scene.random_positions(16, 3.0);
+  Eigen::VectorXd g, gm;
+  scene.wake(place);
+  const double value = scene.energy.evaluate(x, g);
+  scene.wake(mirrored(place));
+  EXPECT_NEAR(scene.energy.evaluate(mirrored(x), gm), value, 1e-10 * std::abs(value));
+  double largest = 0.0;
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    const Vec3 f = g.segment<3>(3 * k);
+    largest = std::max(largest, (gm.segment<3>(3 * twin[k]) - Vec3(-f.x(), f.y(), f.z())).norm());
+  }
+  EXPECT_LE(largest, 1e-9 * g.lpNorm<Eigen::Infinity>());
+}
+
+TEST_P(EveryEffect, RemembersNothingButWhatTheStateHolds) {
+  Scene one(usual());
+  FaceState state = one.at_rest();
+  for (const unsigned seed : {17U, 18U}) {
+    one.energy.begin_step(state, kStepS);
+    state.positions_mm = one.random_positions(seed, 2.0);
+    one.energy.end_step(state);
+  }
+  Scene fresh(usual());
+  FaceState copy = state;
+  const std::vector<Vec3> x = one.random_positions(19, 2.0);
+  Eigen::VectorXd g, gf;
+  one.energy.begin_step(state, 0.5 * kStepS);
+  fresh.energy.begin_step(copy, 0.5 * kStepS);
+  EXPECT_EQ(one.energy.evaluate(x, g), fresh.energy.evaluate(x, gf));
+  EXPECT_EQ(g, gf);
+  for (Scene* scene : {&one, &fresh}) {
+    FaceState& its = scene == &one ? state : copy;
+    its.positions_mm = x;
+    scene->energy.end_step(its);
+  }
+  EXPECT_EQ(state.velocities_mm_per_s, copy.velocities_mm_per_s);
+  EXPECT_EQ(state.history, copy.history);
+}
+
+TEST_P(EveryEffect, MemoryHasNoSayBetweenSteps) {
+  Scene scene(usual());
+  const std::vector<Vec3> x = scene.random_positions(20, 2.0);
+  Eigen::VectorXd fresh, after;
+  const double value = scene.gradient(x, fresh);
+  FaceState state = scene.at_rest();
+  scene.energy.begin_step(state, kStepS);
+  state.positions_mm = scene.random_positions(21, 2.0);
+  scene.energy.end_step(state);
+  EXPECT_EQ(scene.gradient(x, after), value);
+  EXPECT_EQ(after, fresh);
+}
+
+TEST_P(EveryEffect, RestrictedToSomeNodesItActsOnTheseAsBefore) {
+  Scene scene(usual());
+  scene.wake(scene.random_positions(22, 2.0));
+  const std::vector<Vec3> x = scene.random_positions(23, 3.0);
+  Eigen::VectorXd full, part, again;
+  scene.energy.evaluate(x, full);
+  std::vector<char> moving(x.size(), 0);
+  for (int k = 0; k < scene.lattice().num_free_nodes; ++k) {
+    moving[k] = scene.lattice().rest_mm[k].y() < -20.0;
+  }
+  scene.energy.restrict_to(moving);
+  scene.energy.evaluate(x, part);
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    if (!moving[k]) continue;
+    const double scale = 1e-12 * full.lpNorm<Eigen::Infinity>();
+    ASSERT_LE((part - full).segment<3>(3 * k).norm(), scale);
+  }
+  scene.energy.restrict_to(std::vector<char>(x.size(), 1));
+  scene.energy.evaluate(x, again);
+  EXPECT_EQ(again, full);
+}
+
+INSTANTIATE_TEST_SUITE_P(Effects,
+                         EveryEffect,
+                         testing::ValuesIn(all_effects()),
+                         [](const testing::TestParamInfo<Effect>& test) {
+                           return test.param.name;
+                         });
+
+}  // namespace
+}  // namespace zygoma
