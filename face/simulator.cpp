@@ -18,7 +18,7 @@ namespace {
 constexpr double kLongestContractionStep = 0.34;
 constexpr double kLongestJawStepRad = 0.12;
 constexpr double kPathTolerance = 0.2;    // of the load, at the points in between
-constexpr double kSmallestLoadMm = 1e-4;  // a load below this stretch counts as this
+constexpr double kSmallestLoadMm = 1e-5;  // a load below this stretch counts as this
 constexpr double kLongestExtrapolation = 1.5;
 constexpr double kWidestJawRad = 0.7;
 

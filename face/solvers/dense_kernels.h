@@ -21,6 +21,7 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 namespace zygoma {
 
@@ -53,8 +54,7 @@ struct Run {  // of rows that stay together
 };
 
 struct DenseKernels {
-  const char* name;  // "baseline", "avx2", "avx512"
-  bool (*runs_here)();
+  const char* name;           // "baseline", "avx2", "avx512"
   int most_right_hand_sides;  // of one call of forward_many and backward_many
   int right_hand_side_step;   // of which their number is a multiple
 
@@ -78,10 +78,11 @@ struct DenseKernels {
 };
 
 extern const DenseKernels kBaselineKernels;
-extern const DenseKernels kAvx2Kernels;
+extern const DenseKernels kAvx2Kernels;  // these two on x86-64 only
 extern const DenseKernels kAvx512Kernels;
 
-// The widest kernels this machine can run.
-const DenseKernels& dense_kernels();
+// The kernels this machine can run, widest first.
+std::vector<const DenseKernels*> all_dense_kernels();
+const DenseKernels& dense_kernels();  // the first of them
 
 }  // namespace zygoma

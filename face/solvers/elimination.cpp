@@ -9,7 +9,7 @@ namespace zygoma {
 namespace {
 
 // Stored zeros worth the same time as one more front, and as one more row in its list.
-constexpr int kZerosPerFront = 400;
+constexpr int kZerosPerFront = 100;
 constexpr int kZerosPerRow = 2;
 
 using Graph = std::vector<std::vector<int>>;

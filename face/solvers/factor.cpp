@@ -229,8 +229,8 @@ void Factor::solve_some(Eigen::Ref<MatrixXd> x) const {
   const int count = static_cast<int>(x.cols());
   const int width = round_up(count, kernels_->right_hand_side_step);
   AlignedVector<double> y(3 * node_.size() * width);
-  for (int c = 0; c < count; ++c) {
-    for (std::size_t k = 0; k < node_.size(); ++k) {
+  for (std::size_t k = 0; k < node_.size(); ++k) {
+    for (int c = 0; c < count; ++c) {
       for (int a = 0; a < 3; ++a) y[(3 * k + a) * width + c] = x(3 * node_[k] + a, c);
     }
   }
@@ -264,8 +264,8 @@ void Factor::solve_some(Eigen::Ref<MatrixXd> x) const {
     std::copy_n(v.data(), own_size, own);
   }
   x.setZero();
-  for (int c = 0; c < count; ++c) {
-    for (std::size_t k = 0; k < node_.size(); ++k) {
+  for (std::size_t k = 0; k < node_.size(); ++k) {
+    for (int c = 0; c < count; ++c) {
       for (int a = 0; a < 3; ++a) x(3 * node_[k] + a, c) = y[(3 * k + a) * width + c];
     }
   }

@@ -34,6 +34,7 @@ double largest_distance(const FaceState& a, const FaceState& b) {
 SettleOptions precise(double still_mm) {
   SettleOptions options;
   options.relative_residual = 1e-7;
+  options.max_iterations = 300;
   options.still_mm = still_mm;
   return options;
 }
