@@ -17,12 +17,6 @@ struct Jet {  // derivatives of the energy of one element by its volume
   double energy = 0.0, first = 0.0, second = 0.0;
 };
 
-Eigen::Matrix3d cross_matrix(const Vec3& k) {
-  Eigen::Matrix3d m;
-  m << 0.0, -k.z(), k.y(), k.z(), 0.0, -k.x(), -k.y(), k.x(), 0.0;
-  return m;
-}
-
 class Volume final : public EnergyTerm {
  public:
   Volume(const EffectValues& values, const Lattice& lattice)
