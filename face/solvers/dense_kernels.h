@@ -27,6 +27,7 @@ namespace zygoma {
 
 constexpr int kPanelWidth = 48;  // a multiple of the rows of a tile in every set of kernels
 constexpr int kStripRows = 16;
+constexpr int kFrontStep = 24;  // likewise a multiple
 
 // Static, so that no set of kernels shares its copy with code for other machines.
 static constexpr int round_up(int value, int step) { return (value + step - 1) / step * step; }
@@ -42,7 +43,7 @@ static constexpr std::size_t panels_size(int own, int height) {
 }
 
 // A front in memory: column-major; rows and columns filled up so that tiles need no edges.
-static constexpr int front_stride(int height) { return round_up(height, 24); }
+static constexpr int front_stride(int height) { return round_up(height, kFrontStep); }
 static constexpr std::size_t front_size(int height) {
   return static_cast<std::size_t>(front_stride(height)) * round_up(height, 8);
 }
