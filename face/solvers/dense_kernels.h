@@ -27,6 +27,7 @@ namespace zygoma {
 
 constexpr int kPanelWidth = 48;  // a multiple of the rows of a tile in every set of kernels
 constexpr int kStripRows = 16;
+constexpr int kFrontStep = 24;  // likewise a multiple
 
 // Static, so that no set of kernels shares its copy with code for other machines.
 static constexpr int round_up(int value, int step) { return (value + step - 1) / step * step; }
@@ -42,7 +43,7 @@ static constexpr std::size_t panels_size(int own, int height) {
 }
 
 // A front in memory: column-major; rows and columns filled up so that tiles need no edges.
-static constexpr int front_stride(int height) { return round_up(height, kPanelWidth); }
+static constexpr int front_stride(int height) { return round_up(height, kFrontStep); }
 static constexpr std::size_t front_size(int height) {
   return static_cast<std::size_t>(front_stride(height)) * round_up(height, 8);
 }
@@ -58,15 +59,15 @@ struct DenseKernels {
   int most_right_hand_sides;  // of one call of forward_many and backward_many
   int right_hand_side_step;   // of which their number is a multiple
 
-  // Eliminates the own rows of a front, of which it reads the lower triangle; rows below `height`
-  // must be zero. Leaves S in the front and writes the panels. `work` holds kPanelWidth *
-  // front_stride(height) numbers. False if a pivot is not positive.
+  // Eliminates the own rows of a front, of which it reads the lower triangle. Leaves S in the front
+  // and writes the panels. `work` holds kPanelWidth * front_stride(height) numbers. False if a
+  // pivot is not positive.
   bool (*eliminate)(double* front, int own, int height, double* panels, double* work);
 
   // to[run.to + i] += from[run.from + i]
   void (*add)(const double* from, double* to, const Run* runs, int num_runs);
 
-  // v has round_up(height, kPanelWidth) entries, finite below `height`.
+  // v has round_up(height, kStripRows) entries, all of them finite.
   void (*forward)(const double* panels, int own, int height, double* v);
   void (*backward)(const double* panels, int own, int height, double* v);
   void (*forward_float)(const float* panels, int own, int height, float* v);

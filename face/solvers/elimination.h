@@ -1,9 +1,11 @@
 // The order in which the columns of a lattice are eliminated, and which of them together.
 //
-// A graph partitioner's fill-reducing order gives the elimination tree; columns that have nearly
-// the same later neighbours are then merged into one front, because a few stored zeros cost less
-// than another small dense matrix. Which merges pay is a matter of time per solve: reading the
-// zeros twice against handling one front and its list of later rows.
+// Minimum degree (Eigen's AMD on the graph of columns, the best of several ways to break its ties)
+// gives the elimination tree. Columns that have nearly the same later neighbours are then merged
+// into one front, because a few stored zeros cost less than another small dense matrix.
+//
+// On the generic head that order is as sparse as the nested dissection of METIS at 500 columns and
+// 1 % worse at 2000, for no further library.
 #pragma once
 
 #include <vector>
