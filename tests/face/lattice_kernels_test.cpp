@@ -107,7 +107,7 @@ class LatticeKernelsOf : public testing::TestWithParam<const LatticeKernels*> {
 INSTANTIATE_TEST_SUITE_P(,
                          LatticeKernelsOf,
                          testing::ValuesIn(all_lattice_kernels()),
-                         [](const auto& info) { return std::string(info.param->name); });
+                         [](const auto& width) { return std::string(width.param->name); });
 
 // As it stands, stretched beyond the critical strain, compressed, and turned inside out.
 struct State {
