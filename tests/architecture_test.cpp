@@ -43,6 +43,7 @@ const std::vector<Library> kLibraries{
     {"CLI11", {"CLI/"}},
     {"GoogleTest", {"gtest/", "gmock/"}},
     {"Google Benchmark", {"benchmark/"}},
+    {"SIMD intrinsics", {"immintrin.h"}},
     {"POSIX", {"unistd.h", "sys/", "fcntl.h", "dlfcn.h", "spawn.h"}},
 };
 
@@ -64,7 +65,7 @@ const std::vector<Room> kRooms{
      {"src/base"},
      {"OpenCV core", "Eigen"},
      {"OpenCV imgproc", "OpenCV video", "OpenCV objdetect"}},
-    {"face", {"src/base"}, {"Eigen"}, {}},
+    {"face", {"src/base"}, {"Eigen"}, {"SIMD intrinsics"}},
     {"retarget", {"src/base", "tracker", "face"}, {"Eigen"}, {"Ceres"}},
     {"src/io",
      {"src/base", "tracker", "face", "retarget"},
