@@ -4,8 +4,9 @@
 // gives the elimination tree. Columns that have nearly the same later neighbours are then merged
 // into one front, because a few stored zeros cost less than another small dense matrix.
 //
-// On the generic head that order is as sparse as the nested dissection of METIS at 500 columns and
-// 1 % worse at 2000, for no further library.
+// Against the nested dissection of METIS, on the generic head: as sparse at 500 columns, 3 % more
+// to store at 2000 (and a tenth more arithmetic), 4 % at 4000. Not worth another library at these
+// sizes.
 #pragma once
 
 #include <vector>
