@@ -9,9 +9,9 @@ namespace {
 
 constexpr double kNeededShare =
     0.25;  // of the tolerance: a column that may move this far is needed
-constexpr double kMarginShare = 0.10;   // and joins from here on, so that the region changes seldom
+constexpr double kMarginShare = 0.35;   // and joins from here on, so that the region changes seldom
 constexpr double kLargestExcess = 1.6;  // of the region over what is needed, before it shrinks
-constexpr double kForceShare = 0.25;    // of the tolerance, as the stretch a node left out may feel
+constexpr double kForceShare = 0.4;     // of the tolerance, as the stretch a node left out may feel
 
 }  // namespace
 

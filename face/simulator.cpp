@@ -18,7 +18,8 @@ namespace {
 constexpr double kLongestContractionStep = 0.34;
 constexpr double kLongestJawStepRad = 0.12;
 constexpr double kPathTolerance = 0.2;    // of the load, at the points in between
-constexpr double kSmallestLoadMm = 1e-4;  // a load below this stretch counts as this
+constexpr double kSmallestLoadMm = 1e-5;  // a load below this stretch counts as this
+constexpr double kLongestExtrapolation = 1.5;
 constexpr double kWidestJawRad = 0.7;
 
 }  // namespace
@@ -81,6 +82,35 @@ struct Simulator::Impl {
     energy.place_bone(x);
   }
 
+  // Controls that go on as they went take the tissue on as it went: starts there if that is lower
+  // in energy than where x stands.
+  void extrapolate(const Controls& from,
+                   const Controls& to,
+                   const std::vector<Vec3>& before,
+                   std::vector<Vec3>& x) {
+    if (previous.empty() || before != known) return;
+    double along = 0.0;
+    double length2 = 0.0;
+    const auto compare = [&](double p, double f, double t) {
+      along += (f - p) * (t - f);
+      length2 += (f - p) * (f - p);
+    };
+    for (std::size_t m = 0; m < to.contraction.size(); ++m) {
+      compare(previous_controls.contraction[m], from.contraction[m], to.contraction[m]);
+    }
+    compare(previous_controls.jaw_rad, from.jaw_rad, to.jaw_rad);
+    if (!(along > 0.0)) return;
+    const double share = std::min(along / length2, kLongestExtrapolation);
+    std::vector<Vec3> further = before;
+    for (std::size_t k = 0; k < x.size(); ++k) further[k] += share * (before[k] - previous[k]);
+    energy.place_bone(further);
+    start_if_lower(further, x);
+  }
+
+  void start_if_lower(std::vector<Vec3>& candidate, std::vector<Vec3>& x) {
+    if (energy.evaluate(candidate, scratch) < energy.evaluate(x, scratch)) x.swap(candidate);
+  }
+
   void minimise(double share_of_load, std::vector<Vec3>& x, SettleReport& report) {
     const EquilibriumReport solved =
         solver.solve(x, {share_of_load, smallest_load, options.max_iterations});
@@ -107,7 +137,9 @@ struct Simulator::Impl {
         }
         next.jaw_rad = from.jaw_rad + share * (to.jaw_rad - from.jaw_rad);
       }
+      const std::vector<Vec3> before = x;
       carry(at, next, x);
+      if (parts == 1) extrapolate(from, to, before, x);
       minimise(part < parts ? kPathTolerance : options.relative_residual, x, report);
       at = std::move(next);
     }
@@ -152,12 +184,24 @@ struct Simulator::Impl {
     solver.forget();
   }
 
+  // Starts a step where the velocities lead, if that is not higher in energy than where it stands.
+  void coast(FaceState& state, double step_s) {
+    if (state.velocities_mm_per_s.empty()) return;
+    std::vector<Vec3> x = state.positions_mm;
+    for (int k = 0; k < energy.lattice().num_free_nodes; ++k) {
+      x[k] += step_s * state.velocities_mm_per_s[k];
+    }
+    start_if_lower(x, state.positions_mm);
+  }
+
   void finish(const Controls& controls, FaceState& state, SettleReport& report) {
     const FaceEnergy::VolumeReport volumes = energy.volumes(state.positions_mm);
     report.inverted_elements = volumes.inverted;
     report.mean_volume_change = volumes.mean_change;
     report.moving_share = region.moving_share();
     state.jaw_rad = controls.jaw_rad;
+    previous = std::move(known);
+    previous_controls = std::move(known_controls);
     known = state.positions_mm;
     known_controls = controls;
   }
@@ -170,6 +214,9 @@ struct Simulator::Impl {
   Factor sensitivity_factor;  // apart, so that asking for sensitivities does not change settling
   std::vector<Vec3> known;    // the last equilibrium, and what it is the equilibrium of
   Controls known_controls;
+  std::vector<Vec3> previous;  // and the one before; empty = none
+  Controls previous_controls;
+  Eigen::VectorXd scratch;
   double last_step_s = 0.0;  // that the solver has seen; 0 = settled without time
   double smallest_load = 0.0;
 };
@@ -234,6 +281,7 @@ SettleReport Simulator::advance(const Controls& controls, double step_s, FaceSta
   SettleReport report;
   impl.energy.begin_step(state, step_s);
   impl.carry(impl.controls_of(state, controls), controls, state.positions_mm);
+  impl.coast(state, step_s);
   impl.minimise(impl.options.relative_residual, state.positions_mm, report);
   impl.energy.end_step(state);
   state.time_s += step_s;

@@ -25,7 +25,7 @@ struct Controls {
 
 struct SettleOptions {
   double relative_residual = 1e-4;  // stop when the largest force is below this share of the load
-  int max_iterations = 60;
+  int max_iterations = 150;
   // Columns of tissue that the controls cannot move further than this are not solved for. 0 = all
   // are, always.
   double still_mm = 0.0;

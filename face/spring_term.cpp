@@ -2,9 +2,15 @@
 
 namespace zygoma {
 
+SpringTerm::SpringTerm(const Lattice& lattice) : lattice_(lattice) {
+  restrict_to(std::vector<char>(lattice.rest_mm.size(), 1));
+}
+
 double SpringTerm::add_gradient(const std::vector<Vec3>& x, Eigen::VectorXd& gradient) const {
-  double energy = 0.0;
-  for (const Spring& spring : moving_) {
+  reset_nodes(x, nodes_);
+  double energy = moving_.energy_and_gradient(nodes_.data());
+  add_gradients(nodes_, gradient);
+  for (const Spring& spring : literal_) {
     Vec3 g;
     energy += spring_energy(spring, x[spring.j] - x[spring.i], g);
     gradient.segment<3>(3 * spring.i) -= g;
@@ -23,10 +29,13 @@ void SpringTerm::add_hessian(const std::vector<Vec3>& x, HessianSink& sink) cons
 }
 
 void SpringTerm::restrict_to(const std::vector<char>& moving) {
-  moving_.clear();
+  std::vector<Spring> smooth;
+  literal_.clear();
   for (const Spring& spring : lattice_.springs) {
-    if (moving[spring.i] || moving[spring.j]) moving_.push_back(spring);
+    if (!moving[spring.i] && !moving[spring.j]) continue;
+    (spring.law.law == SpringLaw::kSmooth ? smooth : literal_).push_back(spring);
   }
+  moving_ = SpringSet<double>(smooth, lattice_.rest_mm);
 }
 
 }  // namespace zygoma

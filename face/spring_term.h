@@ -5,13 +5,14 @@
 
 #include "face/energy_term.h"
 #include "face/lattice.h"
+#include "face/solvers/lattice_kernels.h"
 
 namespace zygoma {
 
 class SpringTerm final : public EnergyTerm {
  public:
   // `lattice` must outlive the term.
-  explicit SpringTerm(const Lattice& lattice) : lattice_(lattice), moving_(lattice.springs) {}
+  explicit SpringTerm(const Lattice& lattice);
 
   double add_gradient(const std::vector<Vec3>& x_mm, Eigen::VectorXd& gradient) const override;
   void add_hessian(const std::vector<Vec3>& x_mm, HessianSink& sink) const override;
@@ -19,7 +20,9 @@ class SpringTerm final : public EnergyTerm {
 
  private:
   const Lattice& lattice_;
-  std::vector<Spring> moving_;  // those with an end that moves
+  SpringSet<double> moving_;                 // those with an end that moves, under the smooth law
+  std::vector<Spring> literal_;              // those under the printed one: for study, one by one
+  mutable std::vector<Node<double>> nodes_;  // workspace
 };
 
 }  // namespace zygoma

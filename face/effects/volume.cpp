@@ -7,8 +7,11 @@
 // of an energy, so it can be differentiated and adds no energy of its own. The second sum is a
 // barrier: springs cannot see that an element is inside out, a signed volume can. It is finite
 // everywhere, so that inverted elements find their way back.
+#include <algorithm>
+
 #include "face/effect.h"
 #include "face/prism.h"
+#include "face/solvers/lattice_kernels.h"
 
 namespace zygoma {
 namespace {
@@ -23,17 +26,14 @@ class Volume final : public EnergyTerm {
       : lattice_(lattice),
         factor_(values["factor"]),
         barrier_start_(values["barrier_start"]),
-        barrier_ratio_(values["barrier_ratio"]),
-        moving_(lattice.prisms) {}
+        barrier_ratio_(values["barrier_ratio"]) {
+    restrict_to(std::vector<char>(lattice.rest_mm.size(), 1));
+  }
 
   double add_gradient(const std::vector<Vec3>& x, Eigen::VectorXd& gradient) const override {
-    double energy = 0.0;
-    for (const Prism& prism : moving_) {
-      PrismCorners g;
-      const Jet jet = energy_of(prism, prism_volume(corners(prism, x), g));
-      energy += jet.energy;
-      for (int c = 0; c < 6; ++c) gradient.segment<3>(3 * prism.node[c]) += jet.first * g[c];
-    }
+    reset_nodes(x, nodes_);
+    const double energy = moving_.energy_and_gradient(nodes_.data());
+    add_gradients(nodes_, gradient);
     return energy;
   }
 
@@ -58,14 +58,13 @@ class Volume final : public EnergyTerm {
   }
 
   void restrict_to(const std::vector<char>& moving) override {
-    moving_.clear();
-    for (const Prism& prism : lattice_.prisms) {
-      for (const int node : prism.node) {
-        if (!moving[node]) continue;
-        moving_.push_back(prism);
-        break;
-      }
+    std::vector<Prism> prisms;
+    for (Prism prism : lattice_.prisms) {
+      prism.bulk_kpa *= factor_;
+      const auto moves = [&](int node) { return moving[node] != 0; };
+      if (std::any_of(prism.node.begin(), prism.node.end(), moves)) prisms.push_back(prism);
     }
+    moving_ = PrismSet(prisms, lattice_.rest_mm, {barrier_start_, barrier_ratio_});
   }
 
  private:
@@ -93,7 +92,8 @@ class Volume final : public EnergyTerm {
   double factor_;
   double barrier_start_;  // J0
   double barrier_ratio_;
-  std::vector<Prism> moving_;  // those with a node that moves
+  PrismSet moving_;                          // those with a node that moves
+  mutable std::vector<Node<double>> nodes_;  // workspace
 };
 
 }  // namespace

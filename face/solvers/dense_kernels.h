@@ -21,11 +21,13 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 namespace zygoma {
 
 constexpr int kPanelWidth = 48;  // a multiple of the rows of a tile in every set of kernels
 constexpr int kStripRows = 16;
+constexpr int kFrontStep = 24;  // likewise a multiple
 
 // Static, so that no set of kernels shares its copy with code for other machines.
 static constexpr int round_up(int value, int step) { return (value + step - 1) / step * step; }
@@ -41,7 +43,7 @@ static constexpr std::size_t panels_size(int own, int height) {
 }
 
 // A front in memory: column-major; rows and columns filled up so that tiles need no edges.
-static constexpr int front_stride(int height) { return round_up(height, kPanelWidth); }
+static constexpr int front_stride(int height) { return round_up(height, kFrontStep); }
 static constexpr std::size_t front_size(int height) {
   return static_cast<std::size_t>(front_stride(height)) * round_up(height, 8);
 }
@@ -53,20 +55,19 @@ struct Run {  // of rows that stay together
 };
 
 struct DenseKernels {
-  const char* name;  // "baseline", "avx2", "avx512"
-  bool (*runs_here)();
+  const char* name;           // "baseline", "avx2", "avx512"
   int most_right_hand_sides;  // of one call of forward_many and backward_many
   int right_hand_side_step;   // of which their number is a multiple
 
-  // Eliminates the own rows of a front, of which it reads the lower triangle; rows below `height`
-  // must be zero. Leaves S in the front and writes the panels. `work` holds kPanelWidth *
-  // front_stride(height) numbers. False if a pivot is not positive.
+  // Eliminates the own rows of a front, of which it reads the lower triangle. Leaves S in the front
+  // and writes the panels. `work` holds kPanelWidth * front_stride(height) numbers. False if a
+  // pivot is not positive.
   bool (*eliminate)(double* front, int own, int height, double* panels, double* work);
 
   // to[run.to + i] += from[run.from + i]
   void (*add)(const double* from, double* to, const Run* runs, int num_runs);
 
-  // v has round_up(height, kPanelWidth) entries, finite below `height`.
+  // v has round_up(height, kStripRows) entries, all of them finite.
   void (*forward)(const double* panels, int own, int height, double* v);
   void (*backward)(const double* panels, int own, int height, double* v);
   void (*forward_float)(const float* panels, int own, int height, float* v);
@@ -78,10 +79,11 @@ struct DenseKernels {
 };
 
 extern const DenseKernels kBaselineKernels;
-extern const DenseKernels kAvx2Kernels;
+extern const DenseKernels kAvx2Kernels;  // these two on x86-64 only
 extern const DenseKernels kAvx512Kernels;
 
-// The widest kernels this machine can run.
-const DenseKernels& dense_kernels();
+// The kernels this machine can run, widest first.
+std::vector<const DenseKernels*> all_dense_kernels();
+const DenseKernels& dense_kernels();  // the first of them
 
 }  // namespace zygoma

@@ -3,6 +3,5 @@
 #define ZYGOMA_LANES 4
 #define ZYGOMA_KERNELS kAvx2Kernels
 #define ZYGOMA_KERNELS_NAME "avx2"
-#define ZYGOMA_RUNS_HERE (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
 #include "face/solvers/dense_kernels.inc"
 #endif

@@ -2,5 +2,4 @@
 #define ZYGOMA_LANES 2
 #define ZYGOMA_KERNELS kBaselineKernels
 #define ZYGOMA_KERNELS_NAME "baseline"
-#define ZYGOMA_RUNS_HERE true
 #include "face/solvers/dense_kernels.inc"

@@ -3,29 +3,37 @@
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 #include <algorithm>
-#include <cassert>
+#include <numeric>
+#include <random>
 
 namespace zygoma {
 namespace {
 
 // Stored zeros worth the same time as one more front, and as one more row in its list.
-constexpr int kZerosPerFront = 400;
+constexpr int kZerosPerFront = 100;
 constexpr int kZerosPerRow = 2;
+
+constexpr int kAttempts = 12;  // at an order, about a millisecond each for 1000 columns
 
 using Graph = std::vector<std::vector<int>>;
 
-std::vector<int> fill_reducing_order(const Graph& neighbors) {
+// Approximate minimum degree; columns of equal degree come in the order of their numbers.
+std::vector<int> minimum_degree_order(const Graph& neighbors, const std::vector<int>& number) {
   const int n = static_cast<int>(neighbors.size());
   std::vector<Eigen::Triplet<double>> entries;
   for (int v = 0; v < n; ++v) {
-    entries.emplace_back(v, v, 1.0);
-    for (const int u : neighbors[v]) entries.emplace_back(v, u, 1.0);
+    entries.emplace_back(number[v], number[v], 1.0);
+    for (const int u : neighbors[v]) entries.emplace_back(number[v], number[u], 1.0);
   }
   Eigen::SparseMatrix<double> pattern(n, n);
   pattern.setFromTriplets(entries.begin(), entries.end());
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
   Eigen::AMDOrdering<int>()(pattern, permutation);
-  return {permutation.indices().begin(), permutation.indices().end()};
+  std::vector<int> column(n);
+  for (int v = 0; v < n; ++v) column[number[v]] = v;
+  std::vector<int> order(n);
+  for (int p = 0; p < n; ++p) order[p] = column[permutation.indices()[p]];
+  return order;
 }
 
 // One front per column: the elimination tree with the later neighbours of every column.
@@ -38,8 +46,9 @@ std::vector<FrontColumns> eliminate(const Graph& neighbors, const std::vector<in
   for (int p = 0; p < n; ++p) {
     FrontColumns& front = fronts[p];
     front.own = {order[p]};
-    for (const int u : neighbors[order[p]]) front.rest.push_back(u);
-    std::erase_if(front.rest, [&](int u) { return place[u] <= p; });  // keeps what children left
+    for (const int u : neighbors[order[p]]) {
+      if (place[u] > p) front.rest.push_back(u);
+    }
     std::sort(front.rest.begin(), front.rest.end(), earlier);
   }
   for (int p = 0; p < n; ++p) {
@@ -59,13 +68,44 @@ std::vector<FrontColumns> eliminate(const Graph& neighbors, const std::vector<in
   return fronts;
 }
 
+int count_rows(const std::vector<int>& columns, const std::vector<int>& weights) {
+  int sum = 0;
+  for (const int c : columns) sum += weights[c];
+  return sum;
+}
+
+// The sparsest of several tries.
+std::vector<FrontColumns> eliminate_sparsely(const Graph& neighbors,
+                                             const std::vector<int>& weights) {
+  std::vector<int> number(neighbors.size());
+  std::iota(number.begin(), number.end(), 0);
+  std::mt19937 random(1);
+  std::vector<FrontColumns> best;
+  long smallest = 0;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    std::vector<FrontColumns> fronts =
+        eliminate(neighbors, minimum_degree_order(neighbors, number));
+    long size = 0;
+    for (const FrontColumns& front : fronts) {
+      const long own = count_rows(front.own, weights);
+      size += own * (own + 2 * count_rows(front.rest, weights));
+    }
+    if (attempt == 0 || size < smallest) {
+      smallest = size;
+      best = std::move(fronts);
+    }
+    for (std::size_t k = number.size(); k > 1; --k) std::swap(number[k - 1], number[random() % k]);
+  }
+  return best;
+}
+
 class Merger {
  public:
   Merger(std::vector<FrontColumns> fronts, const std::vector<int>& weights)
-      : fronts_(std::move(fronts)), weights_(weights), children_(fronts_.size()) {
+      : fronts_(std::move(fronts)), children_(fronts_.size()) {
     for (std::size_t f = 0; f < fronts_.size(); ++f) {
-      own_rows_.push_back(count_rows(fronts_[f].own));
-      rest_rows_.push_back(count_rows(fronts_[f].rest));
+      own_rows_.push_back(count_rows(fronts_[f].own, weights));
+      rest_rows_.push_back(count_rows(fronts_[f].rest, weights));
       if (fronts_[f].parent < 0) {
         roots_.push_back(static_cast<int>(f));
       } else {
@@ -83,12 +123,6 @@ class Merger {
   }
 
  private:
-  int count_rows(const std::vector<int>& columns) const {
-    int sum = 0;
-    for (const int c : columns) sum += weights_[c];
-    return sum;
-  }
-
   long zeros_of_merging(int child, int parent) const {
     return static_cast<long>(own_rows_[child]) *
            (own_rows_[parent] + rest_rows_[parent] - rest_rows_[child]);
@@ -122,7 +156,6 @@ class Merger {
   }
 
   std::vector<FrontColumns> fronts_;
-  const std::vector<int>& weights_;
   std::vector<std::vector<int>> children_;
   std::vector<int> own_rows_;
   std::vector<int> rest_rows_;
@@ -134,7 +167,7 @@ class Merger {
 std::vector<FrontColumns> plan_elimination(const Graph& neighbors,
                                            const std::vector<int>& weights) {
   std::vector<FrontColumns> fronts =
-      Merger(eliminate(neighbors, fill_reducing_order(neighbors)), weights).in_postorder();
+      Merger(eliminate_sparsely(neighbors, weights), weights).in_postorder();
   std::vector<int> place(neighbors.size());
   int next = 0;
   for (const FrontColumns& front : fronts) {

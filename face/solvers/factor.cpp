@@ -134,7 +134,7 @@ double* Factor::assemble(const ColumnMatrix& h, double shift, const Front& front
   const int stride = front_stride(front.height);
   double* matrix = stacks_[front.stack].data() + front.stack_begin;
   const auto column = [&](int c) { return matrix + static_cast<std::size_t>(c) * stride; };
-  for (int c = 0; c < front.height; ++c) std::fill(column(c) + c, column(c) + stride, 0.0);
+  for (int c = 0; c < front.height; ++c) std::fill(column(c) + c, column(c) + front.height, 0.0);
   for (const Piece& p : front.pieces) {
     const Eigen::OuterStride<> apart(stride);
     Eigen::Map<MatrixXd, 0, Eigen::OuterStride<>> target(
@@ -186,7 +186,7 @@ void Factor::solve_one(const AlignedVector<T>& panels, Eigen::Ref<VectorXd> x) c
   for (std::size_t k = 0; k < node_.size(); ++k) {
     for (int a = 0; a < 3; ++a) y[3 * k + a] = static_cast<T>(x[3 * node_[k] + a]);
   }
-  AlignedVector<T> v(round_up(largest_height_, kPanelWidth));
+  AlignedVector<T> v(round_up(largest_height_, kStripRows));
   const auto forward = [&] {
     if constexpr (rough)
       return kernels_->forward_float;
@@ -229,12 +229,12 @@ void Factor::solve_some(Eigen::Ref<MatrixXd> x) const {
   const int count = static_cast<int>(x.cols());
   const int width = round_up(count, kernels_->right_hand_side_step);
   AlignedVector<double> y(3 * node_.size() * width);
-  for (int c = 0; c < count; ++c) {
-    for (std::size_t k = 0; k < node_.size(); ++k) {
+  for (std::size_t k = 0; k < node_.size(); ++k) {
+    for (int c = 0; c < count; ++c) {
       for (int a = 0; a < 3; ++a) y[(3 * k + a) * width + c] = x(3 * node_[k] + a, c);
     }
   }
-  AlignedVector<double> v(round_up(largest_height_, kPanelWidth) * width);
+  AlignedVector<double> v(round_up(largest_height_, kStripRows) * width);
   const auto is_zero = [](double value) { return value == 0.0; };
   for (const Front& front : fronts_) {
     double* own = y.data() + static_cast<std::size_t>(front.own_begin) * width;
@@ -264,8 +264,8 @@ void Factor::solve_some(Eigen::Ref<MatrixXd> x) const {
     std::copy_n(v.data(), own_size, own);
   }
   x.setZero();
-  for (int c = 0; c < count; ++c) {
-    for (std::size_t k = 0; k < node_.size(); ++k) {
+  for (std::size_t k = 0; k < node_.size(); ++k) {
+    for (int c = 0; c < count; ++c) {
       for (int a = 0; a < 3; ++a) x(3 * node_[k] + a, c) = y[(3 * k + a) * width + c];
     }
   }

@@ -48,8 +48,9 @@ class Factor {
   // columns that are not active become zero.
   void solve(Eigen::Ref<Eigen::MatrixXd> x) const;
 
-  // The same in single precision, at half the time: reading the factor is what takes it. The
-  // relative error is about 1e-6; meant for preconditioning.
+  // The same in single precision, at half the time: reading the factor is what takes it. Relative
+  // error 1e-6 for forces spread over the face, 1e-5 for those that change from node to node; meant
+  // for preconditioning.
   void solve_roughly(Eigen::Ref<Eigen::VectorXd> x) const;
 
   // Numbers in the factor: what one solve has to read.

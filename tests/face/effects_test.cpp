@@ -2,6 +2,7 @@
 // effect is tested by existing.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -386,6 +387,116 @@ TEST_P(EveryEffect, RestrictedToSomeNodesItActsOnTheseAsBefore) {
   scene.energy.restrict_to(std::vector<char>(x.size(), 1));
   scene.energy.evaluate(x, again);
   EXPECT_EQ(again, full);
+}
+
+TEST(Effects, WhatIsNotAskedForIsNotThere) {
+  const Anatomy anatomy = small_patch();
+  const std::vector<double> contraction(anatomy.muscles.size(), 0.3);
+  TissueModel plain;
+  plain.effects = {};
+  Eigen::VectorXd before, after;
+  std::vector<Vec3> x;
+  double value = 0.0;
+  {
+    FaceEnergy energy(anatomy, plain);
+    EXPECT_TRUE(energy.effects().energy().empty());
+    EXPECT_TRUE(energy.effects().memory().empty());
+    energy.set_controls(contraction, 0.1);
+    x = energy.lattice().rest_mm;
+    energy.place_bone(x);
+    value = energy.evaluate(x, before);
+  }
+  // A scene with everything there is leaves nothing behind.
+  TissueModel full;
+  full.effects.clear();
+  for (const Effect& effect : all_effects()) full.effects.push_back({effect.name, {}});
+  FaceEnergy everything(anatomy, full);
+  Eigen::VectorXd other;
+  everything.set_controls(contraction, 0.1);
+  everything.evaluate(x, other);
+  EXPECT_NE(other, before);
+  FaceEnergy energy(anatomy, plain);
+  energy.set_controls(contraction, 0.1);
+  EXPECT_EQ(energy.evaluate(x, after), value);
+  EXPECT_EQ(after, before);
+}
+
+TEST(Effects, EachAddsItsOwnTermsOnly) {
+  const Anatomy anatomy = small_patch();
+  std::size_t sum_energy = 0;
+  std::size_t sum_memory = 0;
+  TissueModel full;
+  full.effects.clear();
+  for (const Effect& effect : all_effects()) {
+    TissueModel one;
+    one.effects = {{effect.name, {}}};
+    const FaceEnergy energy(anatomy, one);
+    sum_energy += energy.effects().energy().size();
+    sum_memory += energy.effects().memory().size();
+    full.effects.push_back({effect.name, {}});
+  }
+  const FaceEnergy energy(anatomy, full);
+  EXPECT_EQ(energy.effects().energy().size(), sum_energy);
+  EXPECT_EQ(energy.effects().memory().size(), sum_memory);
+}
+
+TEST(Effects, OrderOfTheListHasNoSay) {
+  const Anatomy anatomy = small_patch();
+  TissueModel model;
+  model.effects.clear();
+  for (const Effect& effect : all_effects()) model.effects.push_back({effect.name, {}});
+  TissueModel turned = model;
+  std::reverse(turned.effects.begin(), turned.effects.end());
+  const FaceEnergy one(anatomy, model);
+  const FaceEnergy other(anatomy, turned);
+  std::vector<Vec3> x = one.lattice().rest_mm;
+  Random random(30);
+  for (Vec3& p : x) p += random.vector();
+  Eigen::VectorXd g, gt;
+  EXPECT_EQ(one.evaluate(x, g), other.evaluate(x, gt));
+  EXPECT_EQ(g, gt);
+}
+
+TEST(Anisotropy, SkinIsStifferInTheDirectionOfThePullByTheRatio) {
+  Anatomy anatomy = make_face_patch();
+  const int frontalis = anatomy.muscle_index("occipitofrontalis_inner_L");
+  ASSERT_GE(frontalis, 0);
+  anatomy.muscles = {anatomy.muscles[frontalis]};
+  const Muscle& muscle = anatomy.muscles[0];
+  const double ratio = 3.0;
+  const Lattice plain = make_lattice(anatomy);
+  Lattice lattice = plain;
+  make_effects({{"anisotropy", {{"ratio", ratio}}}}, anatomy, lattice);
+  double along = 0.0;  // the pull, which is across the lines
+  double across = 0.0;
+  int num_along = 0;
+  int num_across = 0;
+  for (std::size_t k = 0; k < plain.springs.size(); ++k) {
+    const Spring& spring = plain.springs[k];
+    const double factor = lattice.springs[k].law.alpha / spring.law.alpha;
+    EXPECT_NEAR(lattice.springs[k].law.stiffening, factor * spring.law.stiffening, 1e-12);
+    EXPECT_EQ(lattice.springs[k].rest_mm, spring.rest_mm);
+    const bool below = std::min(spring.i, spring.j) >= plain.num_vertices;
+    EXPECT_TRUE(!below || factor == 1.0);
+    if (std::max(spring.i, spring.j) >= plain.num_vertices) continue;
+    if ((plain.rest_mm[spring.i] - muscle.attachment_mm).norm() > 15.0) continue;
+    const Vec3 r = (plain.rest_mm[spring.j] - plain.rest_mm[spring.i]).normalized();
+    const double cosine =
+        std::abs(r.dot((muscle.emergence_mm - muscle.attachment_mm).normalized()));
+    if (cosine > 0.97) along += factor, ++num_along;
+    if (cosine < 0.24) across += factor, ++num_across;
+  }
+  ASSERT_GT(num_along, 3);
+  ASSERT_GT(num_across, 3);
+  along /= num_along;
+  across /= num_across;
+  EXPECT_NEAR(along / across, ratio, 0.15 * ratio);
+  EXPECT_NEAR(0.5 * (along + across), 1.0, 0.03) << "on average skin keeps its stiffness";
+  Lattice same = plain;
+  make_effects({{"anisotropy", {{"ratio", 1.0}}}}, anatomy, same);
+  for (std::size_t k = 0; k < plain.springs.size(); ++k) {
+    EXPECT_EQ(same.springs[k].law.alpha, plain.springs[k].law.alpha);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Effects,

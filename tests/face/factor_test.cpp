@@ -4,10 +4,13 @@
 
 #include <Eigen/SparseCholesky>
 #include <array>
+#include <limits>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "face/energy.h"
+#include "face/solvers/dense_kernels.h"
 #include "tests/support/derivatives.h"
 #include "tests/support/face_patch.h"
 
@@ -16,6 +19,16 @@ namespace {
 
 using Eigen::MatrixXd;
 using Sparse = Eigen::SparseMatrix<double>;
+
+void fill_with_random_values(ColumnMatrix& h, double diagonal, unsigned seed) {
+  std::mt19937 engine(seed);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  for (double& value : h.values) value = uniform(engine);
+  for (int c = 0; c < h.num_columns(); ++c) {
+    const int rows = h.rows(c);
+    for (int r = 0; r < rows; ++r) h.values[h.begin[c] + r * (rows + 1)] = diagonal;
+  }
+}
 
 // A sheet of columns with one to four free nodes each, coupled along edges and one diagonal, with
 // random values; the diagonal dominates. Nodes are numbered layer by layer, as in a lattice.
@@ -41,12 +54,7 @@ ColumnMatrix make_sheet(int width, int height, unsigned seed) {
   }
   ColumnMatrix h;
   h.reset(std::move(nodes), std::move(edges));
-  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-  for (double& value : h.values) value = uniform(engine);
-  for (int c = 0; c < h.num_columns(); ++c) {
-    const int rows = h.rows(c);
-    for (int r = 0; r < rows; ++r) h.values[h.begin[c] + r * (rows + 1)] = 40.0;
-  }
+  fill_with_random_values(h, 40.0, seed);
   return h;
 }
 
@@ -89,39 +97,78 @@ MatrixXd random_matrix(int rows, int columns, unsigned seed) {
   return MatrixXd::NullaryExpr(rows, columns, [&] { return uniform(engine); });
 }
 
-void expect_same_solution(const ColumnMatrix& h,
-                          double shift,
-                          const std::vector<char>& active,
-                          int num_right_hand_sides) {
-  Factor factor(h, active);
-  ASSERT_TRUE(factor.compute(h, shift));
-  MatrixXd b = random_matrix(h.num_unknowns(), num_right_hand_sides, 7);
-  MatrixXd x = b;
-  factor.solve(x);
-  for (int c = 0; c < h.num_columns(); ++c) {
-    if (active[c]) continue;
-    for (const int node : h.nodes[c]) b.middleRows<3>(3 * node).setZero();
+// Right-hand sides of which all but the first are zero in most places, as those of muscles are.
+MatrixXd right_hand_sides(const ColumnMatrix& h, int count) {
+  MatrixXd b = random_matrix(h.num_unknowns(), count, 7);
+  for (int c = 1; c < count; ++c) {
+    b.col(c).head(b.rows() / 2).setZero();
+    b.col(c).tail(b.rows() / 3).setZero();
   }
-  const Eigen::SimplicialLLT<Sparse> oracle(to_sparse(h, shift, active));
-  ASSERT_EQ(oracle.info(), Eigen::Success);
-  const MatrixXd expected = oracle.solve(b);
-  EXPECT_LT((x - expected).norm(), 1e-12 * expected.norm());
+  return b;
 }
 
-TEST(Factor, SolvesLikeTheOracleWithColumnsOfDifferentSize) {
+class FactorWithKernels : public testing::TestWithParam<const DenseKernels*> {
+ protected:
+  const DenseKernels& kernels() const { return *GetParam(); }
+
+  void expect_same_solution(const ColumnMatrix& h,
+                            double shift,
+                            const std::vector<char>& active,
+                            int num_right_hand_sides) const {
+    Factor factor(h, active, kernels());
+    ASSERT_TRUE(factor.compute(h, shift));
+    MatrixXd b = right_hand_sides(h, num_right_hand_sides);
+    MatrixXd x = b;
+    factor.solve(x);
+    Eigen::VectorXd rough = b.col(0);
+    factor.solve_roughly(rough);
+    for (int c = 0; c < h.num_columns(); ++c) {
+      if (active[c]) continue;
+      for (const int node : h.nodes[c]) b.middleRows<3>(3 * node).setZero();
+    }
+    const Eigen::SimplicialLLT<Sparse> oracle(to_sparse(h, shift, active));
+    ASSERT_EQ(oracle.info(), Eigen::Success);
+    const MatrixXd expected = oracle.solve(b);
+    EXPECT_LT((x - expected).norm(), 1e-13 * expected.norm());
+    EXPECT_LT((rough - expected.col(0)).norm(), 2e-6 * expected.col(0).norm());
+    for (int c = 0; c < h.num_columns(); ++c) {
+      if (active[c]) continue;
+      for (const int node : h.nodes[c]) {
+        EXPECT_TRUE(x.middleRows<3>(3 * node).isZero(0.0));
+        EXPECT_TRUE(rough.segment<3>(3 * node).isZero(0.0));
+      }
+    }
+  }
+};
+
+TEST_P(FactorWithKernels, SolvesLikeTheOracleWithColumnsOfDifferentSize) {
   for (const auto& [width, height] :
        {std::array{1, 1}, std::array{2, 1}, std::array{7, 5}, std::array{23, 19}}) {
     SCOPED_TRACE(std::to_string(width) + " x " + std::to_string(height));
     const ColumnMatrix h = make_sheet(width, height, 3);
     const std::vector<char> all(h.num_columns(), 1);
-    for (const int right_hand_sides : {1, 2, 20, 27}) {
-      expect_same_solution(h, 0.0, all, right_hand_sides);
-    }
+    for (const int count : {1, 2, 3, 7, 12, 20, 27, 60}) expect_same_solution(h, 0.0, all, count);
     expect_same_solution(h, 2.5, all, 1);
   }
 }
 
-TEST(Factor, LeavesOutColumnsThatAreNotActive) {
+TEST_P(FactorWithKernels, OneDenseFrontOfAnyHeight) {
+  for (int columns = 1; columns <= 30; ++columns) {
+    SCOPED_TRACE(columns);
+    std::vector<std::vector<int>> nodes(columns);
+    for (int node = 0; node < columns * 5 / 3 + 1; ++node) nodes[node % columns].push_back(node);
+    std::vector<std::array<int, 2>> edges;
+    for (int a = 0; a < columns; ++a) {
+      for (int b = a + 1; b < columns; ++b) edges.push_back({a, b});
+    }
+    ColumnMatrix h;
+    h.reset(std::move(nodes), std::move(edges));
+    fill_with_random_values(h, 200.0, 11);
+    expect_same_solution(h, 0.0, std::vector<char>(columns, 1), 5);
+  }
+}
+
+TEST_P(FactorWithKernels, LeavesOutColumnsThatAreNotActive) {
   const ColumnMatrix h = make_sheet(17, 15, 5);
   std::vector<char> active(h.num_columns(), 1);
   for (int c = 0; c < h.num_columns(); ++c) {
@@ -130,22 +177,12 @@ TEST(Factor, LeavesOutColumnsThatAreNotActive) {
   }
   expect_same_solution(h, 0.0, active, 1);
   expect_same_solution(h, 0.0, active, 21);
-  const Factor whole(h);
-  EXPECT_LT(Factor(h, active).size(), whole.size());
+  EXPECT_LT(Factor(h, active).size(), Factor(h).size());
 }
 
-TEST(Factor, NothingActiveIsNothingToSolve) {
-  const ColumnMatrix h = make_sheet(3, 3, 5);
-  Factor factor(h, std::vector<char>(h.num_columns(), 0));
-  EXPECT_TRUE(factor.compute(h, 0.0));
-  MatrixXd x = MatrixXd::Ones(h.num_unknowns(), 2);
-  factor.solve(x);
-  EXPECT_EQ(x, MatrixXd::Zero(h.num_unknowns(), 2));
-}
-
-TEST(Factor, SaysWhenTheMatrixIsNotPositiveDefinite) {
+TEST_P(FactorWithKernels, SaysWhenTheMatrixIsNotPositiveDefinite) {
   ColumnMatrix h = make_sheet(12, 12, 9);
-  Factor factor(h);
+  Factor factor(h, {}, kernels());
   EXPECT_TRUE(factor.compute(h, 0.0));
   EXPECT_FALSE(factor.compute(h, -1e3));
   // One bad pivot in the last column of the sheet is enough; a large shift mends it.
@@ -154,9 +191,34 @@ TEST(Factor, SaysWhenTheMatrixIsNotPositiveDefinite) {
   EXPECT_TRUE(factor.compute(h, 60.0));
   h.values[h.begin[40]] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(factor.compute(h, 0.0));
+  h.values[h.begin[40]] = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(factor.compute(h, 0.0));
 }
 
-TEST(Factor, SolvesWhatTheHessianMultiplies) {
+TEST_P(FactorWithKernels, SameBitsEveryTimeAndAfterAFailure) {
+  const ColumnMatrix good = make_sheet(20, 11, 2);
+  ColumnMatrix bad = good;
+  bad.values.assign(bad.values.size(), std::numeric_limits<double>::quiet_NaN());
+  ColumnMatrix worse = good;
+  worse.values[worse.begin[worse.nodes.size() + 200]] = std::numeric_limits<double>::infinity();
+  const MatrixXd b = right_hand_sides(good, 9);
+  const auto solve = [&](Factor& factor) {
+    EXPECT_TRUE(factor.compute(good, 0.0));
+    MatrixXd x = b;
+    factor.solve(x);
+    return x;
+  };
+  Factor factor(good, {}, kernels());
+  const MatrixXd first = solve(factor);
+  EXPECT_FALSE(factor.compute(bad, 0.0));
+  EXPECT_EQ(solve(factor), first);
+  EXPECT_FALSE(factor.compute(worse, 0.0));
+  EXPECT_EQ(solve(factor), first);
+  Factor copy = factor;
+  EXPECT_EQ(solve(copy), first);
+}
+
+TEST_P(FactorWithKernels, SolvesWhatTheHessianMultiplies) {
   test_support::FacePatchOptions patch;
   patch.half_columns = 5;
   patch.row_mm = 16.0;
@@ -169,13 +231,30 @@ TEST(Factor, SolvesWhatTheHessianMultiplies) {
     const FaceEnergy energy(anatomy, model);
     TissueHessian hessian = energy.make_hessian();
     energy.hessian(energy.lattice().rest_mm, hessian);
-    Factor factor(hessian.free());
+    Factor factor(hessian.free(), {}, kernels());
     ASSERT_TRUE(factor.compute(hessian.free(), 0.0));
     const MatrixXd expected = random_matrix(energy.num_unknowns(), 1, 5);
     MatrixXd solution = test_support::times(hessian.free(), expected);
+    Eigen::VectorXd rough = solution;
     factor.solve(solution);
-    EXPECT_LT((solution - expected).cwiseAbs().maxCoeff(), 1e-9);
+    factor.solve_roughly(rough);
+    EXPECT_LT((solution - expected).norm(), 1e-9 * expected.norm());
+    EXPECT_LT((rough - expected).norm(), 3e-3 * expected.norm());
   }
+}
+
+INSTANTIATE_TEST_SUITE_P(Simd,
+                         FactorWithKernels,
+                         testing::ValuesIn(all_dense_kernels()),
+                         [](const auto& kernels) { return std::string(kernels.param->name); });
+
+TEST(Factor, NothingActiveIsNothingToSolve) {
+  const ColumnMatrix h = make_sheet(3, 3, 5);
+  Factor factor(h, std::vector<char>(h.num_columns(), 0));
+  EXPECT_TRUE(factor.compute(h, 0.0));
+  MatrixXd x = MatrixXd::Ones(h.num_unknowns(), 2);
+  factor.solve(x);
+  EXPECT_EQ(x, MatrixXd::Zero(h.num_unknowns(), 2));
 }
 
 }  // namespace
