@@ -12,7 +12,7 @@ namespace zygoma {
 namespace {
 
 constexpr double kInstant_s = 1e-7;       // a jump in time
-constexpr double kResidual = 1e-9;       // share of the load
+constexpr double kResidual = 1e-9;        // share of the load
 constexpr double kSmallestLoadMn = 1e-2;  // counts as this, so that rest is reached too
 constexpr int kMostIterations = 300;
 constexpr double kProbeStrain = 1e-5;     // for the modulus: small against every band of the law
