@@ -29,7 +29,10 @@ class LipContact final : public EnergyTerm {
     const double r_z = values["reach_across_mm"];
     near_per_mm2_ = Vec3(1.0 / (r_x * r_x), 0.0, 1.0 / (r_z * r_z));
     const double weights_mm2 = 0.25 * std::numbers::pi * r_x * r_z;  // integral of w
-    const double may_meet_mm = 2.0 * std::max(r_x, r_z);             // if closer than this at rest
+    // Farther apart at rest than this, in reaches beside each other and in mm of height, no pair
+    // will meet.
+    constexpr double kFarBeside = 1.5;
+    constexpr double kFarAboveMm = 15.0;
     for (int u = 0; u < lattice.num_vertices; ++u) {
       for (int l = 0; l < lattice.num_vertices; ++l) {
         if (anatomy.region[u] != Region::kUpperLip) continue;
@@ -37,7 +40,8 @@ class LipContact final : public EnergyTerm {
         const Vec3 r = rest[u] - rest[l];
         const bool joined =
             std::binary_search(lattice.neighbors[u].begin(), lattice.neighbors[u].end(), l);
-        if (joined || r.norm() > may_meet_mm) continue;
+        const double beside = std::sqrt(r.dot(near_per_mm2_.cwiseProduct(r)));
+        if (joined || beside > kFarBeside || std::abs(r.y()) > kFarAboveMm) continue;
         pairs_.push_back({u,
                           l,
                           std::min(r.y(), values["clearance_mm"]),
