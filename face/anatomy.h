@@ -9,6 +9,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -50,6 +51,24 @@ struct RigidPart {
   float gloss = 0.0F;                   // [0, 1]
 };
 
+// Outer face of a row of teeth with the jaw closed: in plan a superellipse,
+//
+//   (x / half_width)^2 + (max(0, z - back) / depth)^2.5 = 1,    back = front_z - depth,
+//
+// which reaches from the cutting edges as far as `height` up (upper row) or down (lower row).
+struct DentalArch {
+  double half_width_mm = 0.0;
+  double depth_mm = 0.0;
+  double front_z_mm = 0.0;
+  double edge_y_mm = 0.0;
+  double height_mm = 0.0;
+};
+
+struct Teeth {
+  DentalArch upper;  // of the skull
+  DentalArch lower;  // of the mandible
+};
+
 // A curve of the skin that a contour of the same name (tracker/feature_schema.h) observes; chain of
 // skin vertices in the order of the schema.
 struct NamedCurve {
@@ -71,6 +90,7 @@ struct Anatomy {
   Jaw jaw;
   Skin skin;
   std::vector<RigidPart> rigid_parts;
+  std::optional<Teeth> teeth;  // that lips may touch
   std::vector<NamedCurve> curves;
 
   // Index of the muscle of that name, or -1.

@@ -59,6 +59,12 @@ void check_effects(const std::vector<EffectChoice>& choices) {
   }
 }
 
+EffectValues effect_values(const std::string& name, const std::vector<EffectChoice>& choices) {
+  const auto same = [&](const EffectChoice& choice) { return choice.name == name; };
+  const auto at = std::find_if(choices.begin(), choices.end(), same);
+  return values_of(find_effect(name), at == choices.end() ? EffectChoice{name, {}} : *at);
+}
+
 Effects make_effects(const std::vector<EffectChoice>& choices,
                      const Anatomy& anatomy,
                      Lattice& lattice) {

@@ -83,6 +83,9 @@ const std::vector<Effect>& all_effects();
 // names no effect, one twice, an unknown parameter or a value outside its range.
 void check_effects(const std::vector<EffectChoice>& choices);
 
+// The values of an effect as `choices` have it, or its usual ones.
+EffectValues effect_values(const std::string& name, const std::vector<EffectChoice>& choices);
+
 // Lets every chosen effect shape the lattice, then builds the terms.
 Effects make_effects(const std::vector<EffectChoice>& choices,
                      const Anatomy& anatomy,

@@ -188,6 +188,7 @@ Anatomy make_generic_head(const Identity& identity, const HeadOptions& options) 
   anatomy.skin.embedding = std::move(fine.embedding);
   anatomy.skin.albedo = paint_skin(shape, identity, options.albedo_size_px);
   anatomy.rigid_parts = make_rigid_parts(shape, identity);
+  anatomy.teeth = make_teeth(shape);
   anatomy.muscles = standard_muscles(
       anatomy.surface, [&shape](Vec2 canonical) { return head_from_canonical(shape, canonical); });
   return anatomy;

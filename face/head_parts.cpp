@@ -80,10 +80,15 @@ RigidPart eyeball(const HeadShape& shape, bool left) {
   return part;
 }
 
-// Arch of the teeth in plan: x(u), z(u), u in [-1, 1] from the subject's right to left.
-Vec2 arch(double u, double half_width, double depth, double front_z) {
+constexpr DentalArch kUpperArch{27.0, 33.0, 11.5, -71.0, 14.0};
+constexpr DentalArch kLowerArch{25.0, 31.0, 9.0, -70.0, 14.0};
+
+// A dental arch in plan, `wider` by so much: x(u), z(u), u in [-1, 1] from the subject's right to
+// left.
+Vec2 arch_at(double u, const DentalArch& arch, double wider_mm = 0.0) {
   const double a = 0.5 * M_PI * u;
-  return {half_width * std::sin(a), front_z - depth * (1.0 - std::pow(std::cos(a), 0.8))};
+  return {(arch.half_width_mm + wider_mm) * std::sin(a),
+          arch.front_z_mm - arch.depth_mm * (1.0 - std::pow(std::cos(a), 0.8))};
 }
 
 RigidPart teeth(const HeadShape& shape, bool upper) {
@@ -97,16 +102,13 @@ RigidPart teeth(const HeadShape& shape, bool upper) {
   const std::vector<double> widths = upper
                                          ? std::vector<double>{8.6, 6.6, 7.8, 7.0, 6.8, 10.0, 10.0}
                                          : std::vector<double>{5.3, 5.8, 6.8, 7.0, 7.2, 11.0, 10.5};
-  const double half_width = upper ? 27.0 : 25.0;
-  const double depth = upper ? 33.0 : 31.0;
-  const double front_z = upper ? 11.5 : 9.0;
-  const double edge_y = upper ? -71.0 : -70.0;  // of the cutting edges
+  const DentalArch& arch = upper ? kUpperArch : kLowerArch;
   double arc = 0.0;
   std::vector<double> arc_at(kColumns);
   for (int c = kColumns / 2 + 1; c < kColumns; ++c) {
     const double u = (2.0 * c) / (kColumns - 1.0) - 1.0;
     const double before = (2.0 * c - 2.0) / (kColumns - 1.0) - 1.0;
-    arc += (arch(u, half_width, depth, front_z) - arch(before, half_width, depth, front_z)).norm();
+    arc += (arch_at(u, arch) - arch_at(before, arch)).norm();
     arc_at[c] = arc;
     arc_at[kColumns - 1 - c] = arc;
   }
@@ -120,12 +122,12 @@ RigidPart teeth(const HeadShape& shape, bool upper) {
         start += widths[tooth++];
       const double across = std::clamp((arc_at[c] - start) / widths[tooth], 0.0, 1.0);
       const double middle = 4.0 * across * (1.0 - across);  // 0 between two teeth
-      const Vec2 plan = arch(u, half_width + 0.9 * std::pow(middle, 0.4) * (1 - v), depth, front_z);
+      const Vec2 plan = arch_at(u, arch, 0.9 * std::pow(middle, 0.4) * (1 - v));
       const double height = (tooth == 1 && upper ? 0.8 : 0.0) + 0.6 * (1.0 - std::pow(middle, 0.3));
-      const double up = 14.0 * v + (1.0 - v) * height;
+      const double up = arch.height_mm * v + (1.0 - v) * height;
       const double belly =
           0.9 * std::pow(middle, 0.35) * smooth_step(0.85, 0.4, v) - 2.2 * bump(v / 0.08);
-      const double y = edge_y + (upper ? up : -up);
+      const double y = arch.edge_y_mm + (upper ? up : -up);
       part.mesh.positions_mm.push_back(
           shape.warp(Vec3(plan.x(), y, plan.y() + belly + (upper ? 0.0 : -0.4))));
       const double gum_line = 0.66 + 0.12 * (1.0 - middle);
@@ -297,6 +299,19 @@ RigidPart caruncle(const HeadShape& shape, double side) {
 }
 
 }  // namespace
+
+Teeth make_teeth(const HeadShape& shape) {
+  const auto warped = [&](const DentalArch& arch, double towards_gum) {
+    const double back_z = arch.front_z_mm - arch.depth_mm;
+    const Vec3 front = shape.warp(Vec3(0.0, arch.edge_y_mm, arch.front_z_mm));
+    const Vec3 side = shape.warp(Vec3(arch.half_width_mm, arch.edge_y_mm, back_z));
+    const Vec3 gum =
+        shape.warp(Vec3(0.0, arch.edge_y_mm + towards_gum * arch.height_mm, arch.front_z_mm));
+    return DentalArch{
+        side.x(), front.z() - side.z(), front.z(), front.y(), towards_gum * (gum.y() - front.y())};
+  };
+  return {warped(kUpperArch, +1.0), warped(kLowerArch, -1.0)};
+}
 
 std::vector<RigidPart> make_rigid_parts(const HeadShape& shape, const Identity& identity) {
   std::vector<RigidPart> parts{

@@ -8,6 +8,9 @@
 
 namespace zygoma {
 
+// The arches on which the teeth stand, after the warp of the identity.
+Teeth make_teeth(const HeadShape& shape);
+
 std::vector<RigidPart> make_rigid_parts(const HeadShape& shape, const Identity& identity);
 
 }  // namespace zygoma

@@ -261,6 +261,15 @@ void add_epidermis(const LatticeBuild& build, SpringCollector& springs) {
   }
 }
 
+std::vector<double> vertex_areas(const SurfaceMesh& surface) {
+  std::vector<double> areas(surface.positions_mm.size(), 0.0);
+  for (const Triangle& t : surface.triangles) {
+    const double third = area_vector(surface, t).norm() / 3.0;
+    for (const int v : t) areas[v] += third;
+  }
+  return areas;
+}
+
 std::vector<Vec3> smooth_normals(const SurfaceMesh& surface,
                                  const std::vector<std::vector<int>>& neighbors,
                                  int rounds) {

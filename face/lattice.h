@@ -117,6 +117,9 @@ struct Lattice {
 // Throws InputError naming the vertex, triangle or option if the surface cannot carry tissue.
 Lattice make_lattice(const Anatomy& anatomy, const LatticeOptions& options = {});
 
+// A third of the triangles around each vertex, mm^2.
+std::vector<double> vertex_areas(const SurfaceMesh& surface);
+
 // Unit normals of the surface, each averaged `rounds` times with its neighbours.
 std::vector<Vec3> smooth_normals(const SurfaceMesh& surface,
                                  const std::vector<std::vector<int>>& neighbors,

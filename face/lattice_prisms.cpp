@@ -20,13 +20,11 @@ void add_nodes(LatticeBuild& build) {
       lattice.column_of.push_back(v);
     }
   }
+  const std::vector<double> areas = vertex_areas(build.surface);
   for (int v = 0; v < n; ++v) {
     lattice.columns[v].vertex = {v, v, v};
     lattice.columns[v].depth_mm = build.depth_mm[v];
-  }
-  for (const Triangle& t : build.surface.triangles) {
-    const double third = area_vector(build.surface, t).norm() / 3.0;
-    for (const int v : t) lattice.columns[v].area_mm2 += third;
+    lattice.columns[v].area_mm2 = areas[v];
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include "face/active_region.h"
 #include "face/energy.h"
+#include "face/explicit_face.h"
 #include "face/solvers/equilibrium.h"
 #include "src/base/check.h"
 
@@ -20,7 +21,15 @@ constexpr double kLongestJawStepRad = 0.12;
 constexpr double kPathTolerance = 0.2;    // of the load, at the points in between
 constexpr double kSmallestLoadMm = 1e-5;  // a load below this stretch counts as this
 constexpr double kLongestExtrapolation = 1.5;
+constexpr double kLookAhead = 3.0;  // frames: half the life of a factor in a steady motion
 constexpr double kWidestJawRad = 0.7;
+
+// Explicit steps bring inertia with them: as an effect they take it only for its parameters.
+TissueModel without_inertia(const TissueModel& tissue) {
+  TissueModel rest = tissue;
+  std::erase_if(rest.effects, [](const EffectChoice& choice) { return choice.name == "inertia"; });
+  return rest;
+}
 
 }  // namespace
 
@@ -35,7 +44,7 @@ struct Simulator::Impl {
   Impl(std::shared_ptr<const Anatomy> a, const TissueModel& tissue, const SettleOptions& o)
       : anatomy(std::move(a)),
         options(o),
-        energy(*anatomy, tissue),
+        energy(*anatomy, o.solver == Solver::kExplicit ? without_inertia(tissue) : tissue),
         solver(energy),
         region(energy),
         sensitivity_factor(solver.hessian().free()),
@@ -46,7 +55,11 @@ struct Simulator::Impl {
     for (const Column& column : energy.lattice().columns) area += column.area_mm2;
     smallest_load =
         kSmallestLoadMm * tissue.muscles.hold_kpa_per_mm * area / energy.lattice().num_vertices;
-    energy.set_controls(known_controls.contraction, 0.0);
+    if (options.solver == Solver::kExplicit) {
+      const EffectValues inertia = effect_values("inertia", tissue.effects);
+      explicit_face =
+          std::make_unique<ExplicitFace>(energy, inertia["mass_factor"], inertia["damping_per_s"]);
+    }
   }
 
   Controls zero_controls() const {
@@ -105,6 +118,10 @@ struct Simulator::Impl {
     for (std::size_t k = 0; k < x.size(); ++k) further[k] += share * (before[k] - previous[k]);
     energy.place_bone(further);
     start_if_lower(further, x);
+    ahead = x;
+    for (std::size_t k = 0; k < x.size(); ++k) {
+      ahead[k] += kLookAhead * share * (before[k] - previous[k]);
+    }
   }
 
   void start_if_lower(std::vector<Vec3>& candidate, std::vector<Vec3>& x) {
@@ -113,7 +130,9 @@ struct Simulator::Impl {
 
   void minimise(double share_of_load, std::vector<Vec3>& x, SettleReport& report) {
     const EquilibriumReport solved =
-        solver.solve(x, {share_of_load, smallest_load, options.max_iterations});
+        solver.solve(x,
+                     {share_of_load, smallest_load, options.max_iterations},
+                     ahead.empty() ? nullptr : &ahead);
     report.iterations += solved.iterations;
     report.factorisations += solved.factorisations;
     report.residual = solved.residual_mn / solved.load_mn;
@@ -139,6 +158,7 @@ struct Simulator::Impl {
       }
       const std::vector<Vec3> before = x;
       carry(at, next, x);
+      ahead.clear();
       if (parts == 1) extrapolate(from, to, before, x);
       minimise(part < parts ? kPathTolerance : options.relative_residual, x, report);
       at = std::move(next);
@@ -194,6 +214,22 @@ struct Simulator::Impl {
     start_if_lower(x, state.positions_mm);
   }
 
+  SettleReport advance_explicitly(const Controls& controls, double step_s, FaceState& state) {
+    check(controls);
+    energy.set_controls(controls.contraction, controls.jaw_rad);
+    const ExplicitReport done = explicit_face->advance(step_s, state);
+    state.time_s += step_s;
+    SettleReport report;
+    report.converged = !done.gave_up;
+    report.substeps = done.substeps;
+    report.stable_step_s = done.bound_s;
+    report.restores = done.restores;
+    report.residual =
+        done.residual_mn / std::max(smallest_load, energy.largest_muscle_force(state.positions_mm));
+    finish(controls, state, report);
+    return report;
+  }
+
   void finish(const Controls& controls, FaceState& state, SettleReport& report) {
     const FaceEnergy::VolumeReport volumes = energy.volumes(state.positions_mm);
     report.inverted_elements = volumes.inverted;
@@ -211,11 +247,13 @@ struct Simulator::Impl {
   FaceEnergy energy;
   EquilibriumSolver solver;
   ActiveRegion region;
+  std::unique_ptr<ExplicitFace> explicit_face;  // if that is the solver
   Factor sensitivity_factor;  // apart, so that asking for sensitivities does not change settling
   std::vector<Vec3> known;    // the last equilibrium, and what it is the equilibrium of
   Controls known_controls;
   std::vector<Vec3> previous;  // and the one before; empty = none
   Controls previous_controls;
+  std::vector<Vec3> ahead;  // where the tissue is expected some frames from now; empty = unknown
   Eigen::VectorXd scratch;
   double last_step_s = 0.0;  // that the solver has seen; 0 = settled without time
   double smallest_load = 0.0;
@@ -271,6 +309,7 @@ SettleReport Simulator::advance(const Controls& controls, double step_s, FaceSta
   Impl& impl = *impl_;
   require(step_s > 0.0 && step_s <= 1.0,
           "time step: " + std::to_string(step_s) + " s, expected above 0, at most 1");
+  if (impl.explicit_face) return impl.advance_explicitly(controls, step_s, state);
   if (impl.energy.effects().memory().empty()) {
     const SettleReport report = settle(controls, state);
     state.time_s += step_s;

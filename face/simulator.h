@@ -23,7 +23,11 @@ struct Controls {
   double jaw_rad = 0.0;
 };
 
+// How advance() lets time pass.
+enum class Solver { kImplicit, kExplicit };
+
 struct SettleOptions {
+  Solver solver = Solver::kImplicit;
   double relative_residual = 1e-4;  // stop when the largest force is below this share of the load
   int max_iterations = 150;
   // Columns of tissue that the controls cannot move further than this are not solved for. 0 = all
@@ -41,6 +45,11 @@ struct SettleReport {
   int inverted_elements = 0;  // elements with negative volume in the result
   double mean_volume_change = 0.0;  // mean |V - V0| / V0
   double moving_share = 1.0;        // of the columns, those solved for
+  // Of explicit steps: how many, the longest that is stable, and how often the watchdog had to
+  // bring back a good state. Converged means that it did not give up; what moves has a residual.
+  int substeps = 0;
+  double stable_step_s = 0.0;
+  int restores = 0;
 };
 
 struct Sensitivity {

@@ -43,6 +43,7 @@ const std::vector<Library> kLibraries{
     {"CLI11", {"CLI/"}},
     {"GoogleTest", {"gtest/", "gmock/"}},
     {"Google Benchmark", {"benchmark/"}},
+    {"Bullet", {"BulletSoftBody/"}},
     {"SIMD intrinsics", {"immintrin.h"}},
     {"POSIX", {"unistd.h", "sys/", "fcntl.h", "dlfcn.h", "spawn.h"}},
 };
@@ -116,6 +117,8 @@ const std::vector<Room> kRooms{
       "nlohmann-json",
       "GoogleTest",
       "Google Benchmark",
+      "Bullet",
+      "SIMD intrinsics",
       "POSIX"},
      {}},
     {"samples",

@@ -143,7 +143,9 @@ bool EquilibriumSolver::search(std::vector<Vec3>& x, double& taken) {
   return false;
 }
 
-EquilibriumReport EquilibriumSolver::solve(std::vector<Vec3>& x, const EquilibriumStop& stop) {
+EquilibriumReport EquilibriumSolver::solve(std::vector<Vec3>& x,
+                                           const EquilibriumStop& stop,
+                                           const std::vector<Vec3>* ahead) {
   EquilibriumReport report;
   history_.clear();
   value_ = evaluate(x, gradient_);
@@ -159,14 +161,18 @@ EquilibriumReport EquilibriumSolver::solve(std::vector<Vec3>& x, const Equilibri
     if (wants_factor) {
       // Where a shift was needed and steps are still cut short, the Hessian here will want one too:
       // a failed attempt costs as much as a good one.
-      refactor(x, taken < 1.0 ? 0.5 * shift_ : 0.0, report);
+      const bool due = report.iterations == 0 && ahead;
+      refactor(due ? *ahead : x, !due && taken < 1.0 ? 0.5 * shift_ : 0.0, report);
       wants_factor = false;
       steps_on_factor = slow_steps = 0;
     }
     const double before = gradient_.norm();
     find_direction();
     if (!search(x, taken)) {
-      if (report.factorisations > 0 && steps_on_factor == 0) break;  // Newton's own direction fails
+      if (report.factorisations > (ahead ? 1 : 0) && steps_on_factor == 0) {
+        break;  // Newton's own direction fails
+      }
+      ahead = nullptr;
       wants_factor = true;
       continue;
     }

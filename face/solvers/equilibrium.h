@@ -51,8 +51,11 @@ class EquilibriumSolver {
 
   // Moves the free nodes of x until no node feels more than a share of the load, which counts as
   // least_load_mn at least. On failure x is the best point reached, never higher in energy than
-  // where it started.
-  EquilibriumReport solve(std::vector<Vec3>& x, const EquilibriumStop& stop);
+  // where it started. A factor that is due is made at `ahead`, if given: where x is expected half a
+  // factor's life from now.
+  EquilibriumReport solve(std::vector<Vec3>& x,
+                          const EquilibriumStop& stop,
+                          const std::vector<Vec3>* ahead = nullptr);
 
   // Assembles the exact Hessian at x and factors it, shifted if it is not positive definite;
   // returns the shift. The attempts begin with first_shift.

@@ -26,6 +26,23 @@ float dot(Four a, Four b) {
   return c[0] + c[1] + c[2];
 }
 
+// The fourth number of a gradient is nobody's.
+template <typename Four>
+Four without_fourth(Four v) {
+  return v * Four{1.0F, 1.0F, 1.0F, 0.0F};
+}
+
+template <typename Entry>
+Entry& entry_of(std::vector<Entry>& entries, int node) {
+  for (Entry& known : entries) {
+    if (known.node == node) return known;
+  }
+  Entry entry{};
+  entry.node = node;
+  entries.push_back(entry);
+  return entries.back();
+}
+
 // Roots of 4 m - 2 gamma dt - K dt^2, and of the two conditions of the literal order.
 double stable_step(double mass, double gamma, double stiffness, bool literal_order) {
   constexpr double kAny = std::numeric_limits<double>::infinity();
@@ -55,9 +72,6 @@ ExplicitEuler::ExplicitEuler(const std::vector<Spring>& springs,
   set_ = SpringSet<float>(springs_, around_centre);
   reset_nodes(around_centre, state_.nodes);
   state_.velocity.assign(n, Four{});
-  hold_.assign(n, Four{});
-  outer_.assign(n, Four{});
-  start_.assign(n, Four{});
   energy_stiffness_.assign(n, 0.0);
   for (std::size_t k = 0; k < n; ++k) {
     require(std::isfinite(mass_[k]) && mass_[k] > 0.0,
@@ -67,8 +81,8 @@ ExplicitEuler::ExplicitEuler(const std::vector<Spring>& springs,
             "explicit solver: damping of node " + std::to_string(k) + " is " +
                 std::to_string(damping_[k]) + " kg/s, expected >= 0");
     const auto inverse = nodes.fixed[k] ? 0.0F : static_cast<float>(1.0 / mass_[k]);
-    inverse_mass_.push_back(Four{inverse, inverse, inverse, 0.0F});
-    damping_rate_.push_back(nodes.fixed[k] ? 0.0F : static_cast<float>(damping_[k] / mass_[k]));
+    const auto rate = nodes.fixed[k] ? 0.0F : static_cast<float>(damping_[k] / mass_[k]);
+    inertia_.push_back(Four{inverse, inverse, inverse, rate});
   }
   for (const Spring& spring : springs_) {
     energy_scale_ += spring.law.alpha * spring.rest_mm * spring.rest_mm;
@@ -81,13 +95,14 @@ ExplicitEuler::Four ExplicitEuler::centred(const Vec3& x) const {
 }
 
 void ExplicitEuler::set_hold(int node, double stiffness, const Vec3& target_mm) {
-  hold_[node] = centred(target_mm);
-  hold_[node][3] = static_cast<float>(stiffness);
+  Hold& hold = entry_of(holds_, node);
+  hold.target = centred(target_mm);
+  hold.stiffness = static_cast<float>(stiffness);
 }
 
 void ExplicitEuler::set_outer_force(int node, const Vec3& force_mn) {
   const Eigen::Vector3f f = force_mn.cast<float>();
-  outer_[node] = Four{f.x(), f.y(), f.z(), 0.0F};
+  entry_of(outer_, node).force = Four{f.x(), f.y(), f.z(), 0.0F};
 }
 
 void ExplicitEuler::set_energy(Energy energy, std::vector<double> stiffness_per_node) {
@@ -139,9 +154,7 @@ std::vector<double> ExplicitEuler::node_stiffness(bool as_stretched_now) const {
     stiffness[spring.i] += 2.0 * k;
     stiffness[spring.j] += 2.0 * k;
   }
-  for (std::size_t k = 0; k < stiffness.size(); ++k) {
-    stiffness[k] += static_cast<double>(hold_[k][3]);
-  }
+  for (const Hold& hold : holds_) stiffness[hold.node] += static_cast<double>(hold.stiffness);
   return stiffness;
 }
 
@@ -149,21 +162,30 @@ double ExplicitEuler::bound_s() const {
   const std::vector<double> stiffness = node_stiffness(false);
   double bound = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < stiffness.size(); ++k) {
-    if (inverse_mass_[k][0] == 0.0F) continue;
+    if (inertia_[k][0] == 0.0F) continue;
     bound =
         std::min(bound, stable_step(mass_[k], damping_[k], stiffness[k], options_.literal_order));
   }
   return bound;
 }
 
-// Energy of springs and of the further energy, the former only if wanted.
-double ExplicitEuler::add_gradient(bool want_energy) {
+// Adds the gradient of everything in the nodes; energy of springs (only if wanted) and of the
+// further energy.
+double ExplicitEuler::add_forces(bool want_energy) {
   Node<float>* nodes = state_.nodes.data();
   double energy = 0.0;
   if (want_energy) {
     energy = static_cast<double>(set_.energy_and_gradient(nodes));
   } else {
     set_.add_gradient(nodes);
+  }
+  for (const Hold& hold : holds_) {
+    float* node = &nodes[hold.node].x;
+    store(node + 4, load<Four>(node + 4) + hold.stiffness * (load<Four>(node) - hold.target));
+  }
+  for (const OuterForce& outer : outer_) {
+    float* node = &nodes[outer.node].x;
+    store(node + 4, load<Four>(node + 4) - outer.force);
   }
   if (!energy_) return energy;
   x_mm_ = positions();
@@ -177,35 +199,36 @@ double ExplicitEuler::add_gradient(bool want_energy) {
   return energy;
 }
 
-// On a free node; 0 if it is fixed.
-inline ExplicitEuler::Four ExplicitEuler::force(std::size_t k) const {
-  const Node<float>& node = state_.nodes[k];
-  const Four f = hold_[k][3] * (hold_[k] - load<Four>(&node.x)) + outer_[k] - load<Four>(&node.dx);
-  return inverse_mass_[k] != 0.0F ? f : Four{};
-}
-
 // One step with the gradient that stands in the nodes, which is cleared for the next.
 void ExplicitEuler::integrate(float dt) {
   const bool literal = options_.literal_order;
-  for (std::size_t k = 0; k < state_.nodes.size(); ++k) {
-    const Four old_v = state_.velocity[k];
-    const Four a = force(k) * inverse_mass_[k] - damping_rate_[k] * old_v;
-    const Four v = old_v + dt * a;
-    float* node = &state_.nodes[k].x;
+  Node<float>* nodes = state_.nodes.data();
+  Four* velocity = state_.velocity.data();
+  const Four* inertia = inertia_.data();
+  const std::size_t n = state_.nodes.size();
+  for (std::size_t k = 0; k < n; ++k) {
+    float* node = &nodes[k].x;
+    const Four gradient = without_fourth(load<Four>(node + 4));
+    const Four old_v = velocity[k];
+    const Four v = old_v - (dt * inertia[k][3]) * old_v - (dt * inertia[k]) * gradient;
     store(node, load<Four>(node) + dt * (literal ? old_v : v));
     store(node + 4, Four{});
-    state_.velocity[k] = v;
+    velocity[k] = v;
   }
 }
 
 ExplicitEuler::Energies ExplicitEuler::energies(double spring_energy) const {
   Energies e{0.0, spring_energy, 0.0};
-  for (std::size_t k = 0; k < state_.nodes.size(); ++k) {
-    const Four x = load<Four>(&state_.nodes[k].x);
-    const Four off = hold_[k] - x;
-    e.potential += 0.5 * static_cast<double>(hold_[k][3] * dot(off, off));
-    e.outer_work += static_cast<double>(dot(outer_[k], x - start_[k]));
-    if (inverse_mass_[k][0] == 0.0F) continue;
+  for (const Hold& hold : holds_) {
+    const Four off = load<Four>(&state_.nodes[hold.node].x) - hold.target;
+    e.potential += 0.5 * static_cast<double>(hold.stiffness * dot(off, off));
+  }
+  for (const OuterForce& outer : outer_) {
+    const Four moved = load<Four>(&state_.nodes[outer.node].x) - outer.from;
+    e.outer_work += static_cast<double>(dot(outer.force, moved));
+  }
+  for (std::size_t k = 0; k < state_.velocity.size(); ++k) {
+    if (inertia_[k][0] == 0.0F) continue;
     e.kinetic += 0.5 * mass_[k] * static_cast<double>(dot(state_.velocity[k], state_.velocity[k]));
   }
   return e;
@@ -231,7 +254,7 @@ ExplicitReport ExplicitEuler::advance(double time_s) {
               std::to_string(report.bound_s) + " s");
   if (dt_limit_s_ > 0.0) limit = std::min(limit, dt_limit_s_);
 
-  for (std::size_t k = 0; k < start_.size(); ++k) start_[k] = load<Four>(&state_.nodes[k].x);
+  for (OuterForce& outer : outer_) outer.from = load<Four>(&state_.nodes[outer.node].x);
   const double least = 1e-9 * energy_scale_;
   State good;
   double good_left = time_s;
@@ -241,7 +264,7 @@ ExplicitReport ExplicitEuler::advance(double time_s) {
   bool first = true;
   for (int since_watch = 0;;) {
     const bool watch = since_watch == 0 || left <= 0.0;
-    const double spring_energy = add_gradient(watch);
+    const double spring_energy = add_forces(watch);
     if (watch) {
       const Energies now = energies(spring_energy);
       if (first) {
@@ -299,7 +322,8 @@ void ExplicitEuler::relax_step(Relaxation& r) {
   const float push = 2.0F / (2.0F + r.damping);
   Four stiffness{}, mass{};
   for (std::size_t k = 0; k < state_.nodes.size(); ++k) {
-    const Four f = force(k);
+    float* node = &state_.nodes[k].x;
+    const Four f = -load<Four>(node + 4);
     const Four v = state_.velocity[k];
     const Four im = r.inverse_mass[k];
     stiffness += v * (r.last_force[k] - f);
@@ -307,7 +331,6 @@ void ExplicitEuler::relax_step(Relaxation& r) {
     r.last_force[k] = f;
     const Four new_v = keep * v + push * (im * f);
     state_.velocity[k] = new_v;
-    float* node = &state_.nodes[k].x;
     store(node, load<Four>(node) + new_v);
     store(node + 4, Four{});
   }
@@ -320,7 +343,7 @@ void ExplicitEuler::renew_masses(double heavier, Relaxation& r) const {
   r.mass.assign(stiffness.size(), Four{});
   r.inverse_mass.assign(stiffness.size(), Four{});
   for (std::size_t k = 0; k < stiffness.size(); ++k) {
-    if (inverse_mass_[k][0] == 0.0F || stiffness[k] <= 0.0) continue;
+    if (inertia_[k][0] == 0.0F || stiffness[k] <= 0.0) continue;
     const double safe = 4.0 * options_.safety * options_.safety;
     const auto mass = static_cast<float>(heavier * stiffness[k] / safe);
     r.mass[k] = Four{mass, mass, mass, 0.0F};
@@ -331,7 +354,8 @@ void ExplicitEuler::renew_masses(double heavier, Relaxation& r) const {
 double ExplicitEuler::residual_mn() const {
   float largest = 0.0F;
   for (std::size_t k = 0; k < state_.nodes.size(); ++k) {
-    const Four f = force(k);
+    if (inertia_[k][0] == 0.0F) continue;
+    const Four f = load<Four>(&state_.nodes[k].dx);
     const float norm2 = dot(f, f);
     if (!(norm2 <= largest)) largest = norm2;  // also what is not a number
   }
@@ -350,7 +374,7 @@ RelaxReport ExplicitEuler::relax(double tolerance_mn, int max_steps) {
   double heavier = 1.0;
   for (;;) {
     if (report.steps % kRenewMasses == 0) renew_masses(heavier, r);
-    add_gradient(false);
+    add_forces(false);
     report.residual_mn = residual_mn();
     report.converged = report.residual_mn <= tolerance_mn;
     if (report.converged || report.steps >= max_steps) break;

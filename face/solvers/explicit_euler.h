@@ -98,6 +98,17 @@ class ExplicitEuler {
     std::vector<Node<float>> nodes;
     std::vector<Four> velocity;
   };
+  // Few nodes have these, so they do not burden the others.
+  struct Hold {
+    int node;
+    Four target;
+    float stiffness;
+  };
+  struct OuterForce {
+    int node;
+    Four force;
+    Four from;  // where the node was when advance() began, for the work done
+  };
   struct Energies {
     double kinetic = 0.0, potential = 0.0, outer_work = 0.0;
     bool sane(const Energies& start, double least) const;
@@ -106,8 +117,7 @@ class ExplicitEuler {
 
   Four centred(const Vec3& x) const;
   std::vector<double> node_stiffness(bool as_stretched_now) const;
-  double add_gradient(bool want_energy);
-  Four force(std::size_t k) const;
+  double add_forces(bool want_energy);
   void integrate(float dt);
   Energies energies(double spring_energy) const;
   double residual_mn() const;  // of the gradient that stands in the nodes
@@ -121,11 +131,9 @@ class ExplicitEuler {
   State state_;
   std::vector<double> mass_;
   std::vector<double> damping_;
-  std::vector<Four> inverse_mass_;  // 0 if fixed; the last number is always 0
-  std::vector<float> damping_rate_;
-  std::vector<Four> hold_;  // target, stiffness
-  std::vector<Four> outer_;
-  std::vector<Four> start_;  // positions at the start of advance(), for the work of outer forces
+  std::vector<Four> inertia_;  // 1/m, 1/m, 1/m, gamma/m; 0 if fixed
+  std::vector<Hold> holds_;
+  std::vector<OuterForce> outer_;
   double energy_scale_ = 0.0;
   double dt_limit_s_ = 0.0;  // by the watchdog; 0 = none
 

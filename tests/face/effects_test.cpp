@@ -30,7 +30,10 @@ Anatomy small_patch() {
   options.row_mm = 16.0;
   options.rows_below_mouth = 2;
   options.rows_above_mouth = 8;
-  return make_face_patch(options);
+  Anatomy anatomy = make_face_patch(options);
+  // Rows of teeth right behind the mouth.
+  anatomy.teeth = {{27.0, 33.0, -7.0, -77.0, 14.0}, {25.0, 31.0, -8.0, -75.0, 14.0}};
+  return anatomy;
 }
 
 // A face with one effect.
