@@ -113,6 +113,12 @@ bool ActiveRegion::grow(double still_mm, const FaceState& state, EquilibriumSolv
   return changed;
 }
 
+void ActiveRegion::release(EquilibriumSolver& solver) {
+  if (moving_share() == 1.0) return;
+  moving_.assign(moving_.size(), 1);
+  restrict_all(solver);
+}
+
 double ActiveRegion::moving_share() const {
   if (moving_.empty()) return 1.0;
   return static_cast<double>(std::count(moving_.begin(), moving_.end(), 1)) /

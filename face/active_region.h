@@ -31,6 +31,9 @@ class ActiveRegion {
   // Adds the columns that were wrongly left out of `state`; false if there are none.
   bool grow(double still_mm, const FaceState& state, EquilibriumSolver& solver);
 
+  // Solves for all columns again.
+  void release(EquilibriumSolver& solver);
+
   // Of all columns.
   double moving_share() const;
 

@@ -1,7 +1,5 @@
 #include "face/scene.h"
 
-#include "src/base/check.h"
-
 namespace zygoma {
 
 void Scene::check() const {
@@ -15,8 +13,6 @@ void Scene::check() const {
 }
 
 Simulator make_simulator(const Scene& scene, std::shared_ptr<const Anatomy> anatomy) {
-  require(scene.solver == SolverKind::kEquilibrium,
-          "solver \"explicit\": not available yet, expected \"equilibrium\"");
   return Simulator(std::move(anatomy), scene.tissue, scene.settle);
 }
 

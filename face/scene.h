@@ -9,15 +9,10 @@
 
 namespace zygoma {
 
-// kEquilibrium: implicit steps, or equilibrium where nothing has a memory. kExplicit: the explicit
-// procedure of the paper.
-enum class SolverKind { kEquilibrium, kExplicit };
-
 struct Scene {
   HeadOptions head;
   Identity identity;
   TissueModel tissue;
-  SolverKind solver = SolverKind::kEquilibrium;
   SettleOptions settle;
   Motion motion;
 

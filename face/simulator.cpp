@@ -309,12 +309,14 @@ SettleReport Simulator::advance(const Controls& controls, double step_s, FaceSta
   Impl& impl = *impl_;
   require(step_s > 0.0 && step_s <= 1.0,
           "time step: " + std::to_string(step_s) + " s, expected above 0, at most 1");
-  if (impl.explicit_face) return impl.advance_explicitly(controls, step_s, state);
-  if (impl.energy.effects().memory().empty()) {
+  if (!impl.explicit_face && impl.energy.effects().memory().empty()) {
     const SettleReport report = settle(controls, state);
     state.time_s += step_s;
     return report;
   }
+  // What swings or creeps is not where its controls are: all tissue takes part.
+  impl.region.release(impl.solver);
+  if (impl.explicit_face) return impl.advance_explicitly(controls, step_s, state);
   impl.check(controls);
   impl.enter_step(step_s);
   SettleReport report;

@@ -30,8 +30,8 @@ struct SettleOptions {
   Solver solver = Solver::kImplicit;
   double relative_residual = 1e-4;  // stop when the largest force is below this share of the load
   int max_iterations = 150;
-  // Columns of tissue that the controls cannot move further than this are not solved for. 0 = all
-  // are, always.
+  // Where the face settles, columns of tissue that the controls cannot move further than this are
+  // not solved for. 0 = all are, always.
   double still_mm = 0.0;
   void check() const;  // throws InputError naming the value outside its range
 };

@@ -240,11 +240,11 @@ void read_effects(const std::string& where, const json& value, std::vector<Effec
   }
 }
 
-void read_solver(Section section, Scene& scene) {
-  section.choice("kind", {"equilibrium", "explicit"}, scene.solver);
-  section.number("relative_residual", scene.settle.relative_residual);
-  section.integer("max_iterations", scene.settle.max_iterations);
-  section.number("still_mm", scene.settle.still_mm);
+void read_solver(Section section, SettleOptions& settle) {
+  section.choice("kind", {"equilibrium", "explicit"}, settle.solver);
+  section.number("relative_residual", settle.relative_residual);
+  section.integer("max_iterations", settle.max_iterations);
+  section.number("still_mm", settle.still_mm);
   section.done();
 }
 
@@ -356,7 +356,7 @@ Scene read_scene(const std::string& path) {
     read_effects(where, value, scene.tissue.effects);
   });
   part("solver", [&](const std::string& where, const json& value) {
-    read_solver({where, value}, scene);
+    read_solver({where, value}, scene.settle);
   });
   const json* motion = section.find("motion");
   section.done();

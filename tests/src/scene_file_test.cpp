@@ -19,7 +19,7 @@ TEST(SceneFileTest, WhatIsLeftOutHasItsUsualValue) {
   EXPECT_EQ(scene.head.num_surface_vertices, usual.head.num_surface_vertices);
   EXPECT_EQ(scene.tissue.lattice.layers, tri_layer());
   EXPECT_EQ(scene.tissue.effects, usual.tissue.effects);
-  EXPECT_EQ(scene.solver, SolverKind::kEquilibrium);
+  EXPECT_EQ(scene.settle.solver, Solver::kImplicit);
   EXPECT_EQ(scene.settle.relative_residual, usual.settle.relative_residual);
   EXPECT_EQ(scene.motion.frames_per_s, 30.0);
   EXPECT_EQ(scene.motion.keys.size(), 1U);
@@ -75,7 +75,7 @@ TEST(SceneFileTest, EverythingItSaysArrives) {
   EXPECT_EQ(scene.tissue.muscles.slip_elsewhere, 0.25);
   EXPECT_EQ(scene.tissue.muscles.slip_reach_mm, 12.0);
   EXPECT_TRUE(scene.tissue.effects.empty());
-  EXPECT_EQ(scene.solver, SolverKind::kExplicit);
+  EXPECT_EQ(scene.settle.solver, Solver::kExplicit);
   EXPECT_EQ(scene.settle.relative_residual, 1e-3);
   EXPECT_EQ(scene.settle.max_iterations, 7);
   EXPECT_EQ(scene.settle.still_mm, 0.05);

@@ -24,6 +24,8 @@ const std::vector<std::string> kColumns{"frame",
                                         "inverted_elements",
                                         "mean_volume_change",
                                         "moving_share",
+                                        "substeps",
+                                        "restores",
                                         "largest_mm",
                                         "rms_mm",
                                         "ms"};
@@ -165,6 +167,39 @@ TEST(SimulateTest, TimePassesForEffectsWithMemory) {
   // The pose is held from frame 4 on; the tissue still creeps towards it.
   EXPECT_GT(simulation.rows[6].rms_mm, simulation.rows[4].rms_mm + 1e-3);
   EXPECT_GT(simulation.rows[8].rms_mm, simulation.rows[6].rms_mm);
+}
+
+TEST(SimulateTest, WhereTimePassesAllTissueMoves) {
+  const ScratchFolder folder;
+  const std::string scene = folder.write("swing.json", R"({
+    "solver": {"still_mm": 0.1}, "effects": {"volume": {}, "inertia": {}},
+    "motion": {"frames_per_s": 30, "keys": [
+      {"time_s": 0}, {"time_s": 0.2, "contractions": {"corrugator_supercilii": 0.8}}]}})");
+  const std::string out = folder / "out";
+  ASSERT_EQ(run_program(folder, {"simulate", scene, "-o", out}).code, 0);
+  const CsvTable motion = motion_of(out);
+  for (int row = 1; row < motion.num_rows(); ++row) {
+    EXPECT_EQ(motion.number(row, motion.find("moving_share"), 0.0, 1.0), 1.0) << row;
+  }
+  EXPECT_GT(column_max(motion, "iterations"), 2.0);
+  EXPECT_GT(column_max(motion, "largest_mm"), 2.0);
+}
+
+TEST(SimulateTest, TakesExplicitStepsWhereTheSceneAsksForThem) {
+  const ScratchFolder folder;
+  const std::string scene = folder.write("paper.json", R"({
+    "solver": {"kind": "explicit"}, "effects": {"volume": {}, "inertia": {"damping_per_s": 200}},
+    "motion": {"frames_per_s": 30, "keys": [
+      {"time_s": 0}, {"time_s": 0.1, "contractions": {"zygomaticus_major": 0.5}}]}})");
+  const std::string out = folder / "out";
+  const Outcome outcome = run_program(folder, {"simulate", scene, "-o", out});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const CsvTable motion = motion_of(out);
+  for (int row = 1; row < motion.num_rows(); ++row) {
+    EXPECT_GT(motion.integer(row, motion.find("substeps"), 0, 1000000), 10) << row;
+    EXPECT_EQ(motion.cell(row, motion.find("converged")), "1");
+  }
+  EXPECT_GT(column_max(motion, "largest_mm"), 0.5);
 }
 
 TEST(SimulateTest, WritesVideoAndPicture) {
