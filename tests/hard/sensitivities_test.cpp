@@ -21,7 +21,7 @@ constexpr std::array<double, 2> kSteps{3e-4, 1e-4};
 
 SettleOptions tight() {
   SettleOptions options;
-  options.relative_residual = 1e-12;
+  options.relative_residual = 1e-11;
   options.max_iterations = 200;
   return options;
 }

@@ -188,7 +188,7 @@ TEST_F(HC11, EnergyNeverRisesWhateverTheBudget) {
   for (int budget = 1; budget <= 50; ++budget) {
     EquilibriumSolver solver(energy);
     std::vector<Vec3> x = start;
-    solver.solve(x, 1e-9, budget);
+    solver.solve(x, {1e-15, 1e6, budget});  // to 1e-9 mN
     const double after = energy.evaluate(x, gradient);
     EXPECT_LE(after, before * (1.0 + 1e-12)) << budget;  // of one step less
     before = after;
@@ -210,7 +210,7 @@ struct Recovery {
 Recovery recover(const FaceEnergy& energy, std::vector<Vec3> x) {
   energy.place_bone(x);
   EquilibriumSolver solver(energy);
-  const EquilibriumReport report = solver.solve(x, 1e-6, 1000);
+  const EquilibriumReport report = solver.solve(x, {1e-12, 1e6, 1000});  // to 1e-6 mN
   for (const Vec3& p : x) EXPECT_TRUE(p.allFinite());
   return {report.converged,
           report.iterations,
@@ -466,7 +466,9 @@ TEST_F(HC20, ThinAndThickTissueConverges) {
       FacePatchOptions options = coarse_patch();
       options.depth_mm = depth_mm;
       const auto anatomy = shared(make_face_patch(options));
-      Simulator simulator(anatomy, tissue.model);
+      SettleOptions patient;
+      patient.max_iterations = 600;
+      Simulator simulator(anatomy, tissue.model, patient);
       FaceState state = simulator.rest();
       const SettleReport report = simulator.settle(smile(*anatomy, 1.0), state);
       EXPECT_TRUE(report.converged) << tissue.name << ", " << depth_mm;
