@@ -62,7 +62,7 @@ TEST_F(HC01, RestStateStaysPut) {
   for (const Tissue& tissue : topologies()) {
     Simulator simulator(anatomy, tissue.model);
     FaceState state = simulator.rest();
-    for (int step = 0; step < 1000; ++step) {
+    for (int step = 0; step < repetitions(1000); ++step) {
       ASSERT_TRUE(simulator.settle(at_rest(*anatomy), state).converged);
     }
     EXPECT_EQ(state.positions_mm, simulator.rest().positions_mm) << tissue.name;
@@ -117,6 +117,7 @@ RefinedSmile refined_smile(const Tissue& tissue, const Anatomy& coarsest, const 
 }
 
 TEST_F(HC08, RefiningTheMeshHardlyChangesASmile) {
+  if (kSanitized) GTEST_SKIP() << "large meshes";
   const std::array<Anatomy, 3> patches{refined_patch(1), refined_patch(2), refined_patch(3)};
   for (const Tissue& tissue : topologies()) {
     std::array<RefinedSmile, 3> smiles;
@@ -233,8 +234,8 @@ TEST_F(HC12, RandomStart) {
     const FaceEnergy energy(anatomy, tissue.model);
     Eigen::AlignedBox3d box;
     for (const Vec3& p : energy.lattice().rest_mm) box.extend(p);
-    for (unsigned seed = 1; seed <= 3; ++seed) {
-      Random random(seed);
+    for (int seed = 1; seed <= repetitions(3); ++seed) {
+      Random random(static_cast<unsigned>(seed));
       std::vector<Vec3> x = energy.lattice().rest_mm;
       for (Vec3& p : x) p = box.center() + 0.5 * box.sizes().cwiseProduct(random.vector());
       const Recovery r = recover(energy, x);
@@ -372,8 +373,8 @@ TEST_F(HC16, MirroredFaceMirroredResult) {
   const Anatomy mirror = mirrored(anatomy);
   double worst = 0.0;
   for (const Tissue& tissue : topologies()) {
-    for (unsigned seed = 1; seed <= 3; ++seed) {
-      Random random(seed);
+    for (int seed = 1; seed <= repetitions(3); ++seed) {
+      Random random(static_cast<unsigned>(seed));
       const Controls controls = random_controls(anatomy, 0.5, random);
       const std::vector<Vec3> x = settled_tightly(anatomy, tissue, controls);
       const std::vector<Vec3> y = settled_tightly(mirror, tissue, controls);
