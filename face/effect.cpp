@@ -37,9 +37,7 @@ EffectValues values_of(const Effect& effect, const EffectChoice& choice) {
     known += (known.empty() ? "" : ", ") + p.name;
     const auto given = choice.values.find(p.name);
     const double value = given == choice.values.end() ? p.usual : given->second;
-    require(value >= p.lowest && value <= p.highest,
-            "effect " + effect.name + ": " + p.name + " is " + std::to_string(value) +
-                ", expected " + std::to_string(p.lowest) + " to " + std::to_string(p.highest));
+    require_range("effect " + effect.name + ": " + p.name, value, p.lowest, p.highest);
     values[p.name] = value;
   }
   for (const auto& [name, value] : choice.values) {

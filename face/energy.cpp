@@ -4,27 +4,17 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <string>
 
 #include "face/prism.h"
 #include "src/base/check.h"
 
 namespace zygoma {
-namespace {
-
-void require_range(const char* name, double value, double low, double high) {
-  require(value >= low && value <= high,
-          std::string("muscles: ") + name + " is " + std::to_string(value) + ", expected " +
-              std::to_string(low) + " to " + std::to_string(high));
-}
-
-}  // namespace
 
 void MuscleOptions::check() const {
-  require_range("hold_kpa_per_mm", hold_kpa_per_mm, 1e-3, 1e4);
-  require_range("slip_hold_ratio", slip_hold_ratio, 0.0, 1e3);
-  require_range("slip_elsewhere", slip_elsewhere, 0.0, 1.0);
-  require_range("slip_reach_mm", slip_reach_mm, 0.1, 100.0);
+  require_range("muscles: hold_kpa_per_mm", hold_kpa_per_mm, 1e-3, 1e4);
+  require_range("muscles: slip_hold_ratio", slip_hold_ratio, 0.0, 1e3);
+  require_range("muscles: slip_elsewhere", slip_elsewhere, 0.0, 1.0);
+  require_range("muscles: slip_reach_mm", slip_reach_mm, 0.1, 100.0);
 }
 
 FaceEnergy::FaceEnergy(const Anatomy& anatomy, const TissueModel& model)

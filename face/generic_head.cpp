@@ -16,15 +16,8 @@
 namespace zygoma {
 namespace {
 
-void require_range(const char* name, double value, double low, double high) {
-  // Written so that NaN fails too.
-  if (value >= low && value <= high) return;
-  throw InputError(std::string("identity: ") + name + " is " + std::to_string(value) +
-                   ", expected " + std::to_string(low) + " to " + std::to_string(high));
-}
-
-void require_colour(const char* name, const Eigen::Vector3f& colour) {
-  for (int k = 0; k < 3; ++k) require_range(name, colour[k], 0.0, 1.0);
+void require_colour(const std::string& name, const Eigen::Vector3f& colour) {
+  for (int k = 0; k < 3; ++k) require_range(name, static_cast<double>(colour[k]), 0.0, 1.0);
 }
 
 // Thickness of the soft tissue at places of the frontal picture, x >= 0, millimetres: forensic
@@ -152,29 +145,28 @@ SurfaceMesh lifted(const HeadShape& shape, const DomainMesh& domain) {
 }  // namespace
 
 void Identity::check() const {
-  require_range("face_width", face_width, 0.88, 1.14);
-  require_range("face_height", face_height, 0.90, 1.12);
-  require_range("jaw_width", jaw_width, 0.85, 1.18);
-  require_range("nose_length", nose_length, 0.85, 1.18);
-  require_range("nose_width", nose_width, 0.80, 1.30);
-  require_range("lip_fullness", lip_fullness, 0.70, 1.45);
-  require_range("brow_height_mm", brow_height_mm, -4.0, 5.0);
-  require_range("eye_distance", eye_distance, 0.93, 1.08);
-  require_range("chin_length", chin_length, 0.85, 1.20);
-  require_colour("skin_tone", skin_tone);
-  require_colour("hair_tone", hair_tone);
+  require_range("identity: face_width", face_width, 0.88, 1.14);
+  require_range("identity: face_height", face_height, 0.90, 1.12);
+  require_range("identity: jaw_width", jaw_width, 0.85, 1.18);
+  require_range("identity: nose_length", nose_length, 0.85, 1.18);
+  require_range("identity: nose_width", nose_width, 0.80, 1.30);
+  require_range("identity: lip_fullness", lip_fullness, 0.70, 1.45);
+  require_range("identity: brow_height_mm", brow_height_mm, -4.0, 5.0);
+  require_range("identity: eye_distance", eye_distance, 0.93, 1.08);
+  require_range("identity: chin_length", chin_length, 0.85, 1.20);
+  require_colour("identity: skin_tone", skin_tone);
+  require_colour("identity: hair_tone", hair_tone);
+}
+
+void HeadOptions::check() const {
+  require_range("head: num_surface_vertices", num_surface_vertices, 300, 4000);
+  require_range("head: skin_levels", skin_levels, 0, 3);
+  require_range("head: albedo_size_px", albedo_size_px, 64, 4096);
 }
 
 Anatomy make_generic_head(const Identity& identity, const HeadOptions& options) {
   identity.check();
-  require(options.num_surface_vertices >= 300 && options.num_surface_vertices <= 4000,
-          "head: num_surface_vertices is " + std::to_string(options.num_surface_vertices) +
-              ", expected 300 to 4000");
-  require(options.skin_levels >= 0 && options.skin_levels <= 3,
-          "head: skin_levels is " + std::to_string(options.skin_levels) + ", expected 0 to 3");
-  require(options.albedo_size_px >= 64 && options.albedo_size_px <= 4096,
-          "head: albedo_size_px is " + std::to_string(options.albedo_size_px) +
-              ", expected 64 to 4096");
+  options.check();
   const HeadShape shape(identity);
   const DomainMesh domain = mesh_domain(shape, options.num_surface_vertices);
 

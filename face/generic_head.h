@@ -31,6 +31,8 @@ struct HeadOptions {
   int num_surface_vertices = 300;  // of the lattice surface, met approximately; [300, 4000]
   int skin_levels = 2;             // subdivisions from surface to skin, [0, 3]
   int albedo_size_px = 768;        // painted skin, square, [64, 4096]; below 512 brows blur
+
+  void check() const;  // throws InputError naming the value outside its range
 };
 
 Anatomy make_generic_head(const Identity& identity = {}, const HeadOptions& options = {});

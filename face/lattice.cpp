@@ -167,12 +167,6 @@ double softening(double depth_mm) {
   return std::max(0.04, share * share);
 }
 
-void require_range(const std::string& name, double value, double low, double high) {
-  require(value >= low && value <= high,
-          name + " is " + std::to_string(value) + ", expected " + std::to_string(low) + " to " +
-              std::to_string(high));
-}
-
 }  // namespace
 
 std::vector<TissueLayer> tri_layer() {
@@ -191,7 +185,7 @@ void LatticeOptions::check() const {
   double above = 0.0;
   for (const TissueLayer& layer : layers) {
     require(layer.bottom_share > above && layer.bottom_share <= 1.0,
-            layer.name + ": bottom_share is " + std::to_string(layer.bottom_share) +
+            layer.name + ": bottom_share is " + shortest_text(layer.bottom_share) +
                 ", expected to grow from layer to layer, up to 1");
     require_range(layer.name + ": modulus_kpa", layer.modulus_kpa, 1e-3, 1e5);
     require_range(layer.name + ": stiff_ratio", layer.stiff_ratio, 1.0, 1e6);

@@ -60,6 +60,13 @@ Vec3 area_vector(const SurfaceMesh& surface, const Triangle& t);
 // The epidermis is a membrane of springs along the edges: too thin for elements of its own.
 void add_epidermis(const LatticeBuild& build, SpringCollector& springs);
 
+// The share of a prism's tissue that each of its springs stands for: 6 edges, 3 verticals, 6
+// struts.
+void add_prism_springs(const Prism& prism,
+                       const TissueLayer& tissue,
+                       double factor,
+                       SpringCollector& springs);
+
 // Each fills nodes, columns, masses, prisms and springs.
 void build_prisms(LatticeBuild& build);
 void build_centroids(LatticeBuild& build);

@@ -32,7 +32,6 @@ void add_element(LatticeBuild& build,
                  std::size_t layer,
                  std::size_t triangle,
                  SpringCollector& springs) {
-  constexpr double kSpringsPerPrism = 15.0;  // 6 edges, 3 verticals, 6 struts
   Lattice& lattice = build.lattice;
   const TissueLayer& tissue = build.options.layers[layer];
   const Triangle& t = build.surface.triangles[triangle];
@@ -56,6 +55,17 @@ void add_element(LatticeBuild& build,
   for (const int node : prism.node) {
     lattice.mass_kg[node] += build.options.density_kg_per_mm3 * prism.rest_mm3 / 6.0;
   }
+  add_prism_springs(prism, tissue, factor, springs);
+  if (!thin && tissue.bulk_ratio > 0.0) lattice.prisms.push_back(prism);
+}
+
+}  // namespace
+
+void add_prism_springs(const Prism& prism,
+                       const TissueLayer& tissue,
+                       double factor,
+                       SpringCollector& springs) {
+  constexpr double kSpringsPerPrism = 15.0;
   const auto add = [&](int a, int b) {
     springs.add(prism.node[a], prism.node[b], prism.rest_mm3 / kSpringsPerPrism, tissue, factor);
   };
@@ -67,10 +77,7 @@ void add_element(LatticeBuild& build,
     add(c, next + 3);
     add(next, c + 3);
   }
-  if (!thin && tissue.bulk_ratio > 0.0) lattice.prisms.push_back(prism);
 }
-
-}  // namespace
 
 void build_prisms(LatticeBuild& build) {
   add_nodes(build);

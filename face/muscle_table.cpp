@@ -117,4 +117,12 @@ std::vector<Muscle> standard_muscles(const SurfaceMesh& surface,
   return muscles;
 }
 
+std::vector<std::string> standard_muscle_names() {
+  std::vector<std::string> names;
+  for (const TableRow& row : kTable) {
+    for (const char* side : {"_L", "_R"}) names.push_back(std::string(row.name) + side);
+  }
+  return names;
+}
+
 }  // namespace zygoma

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "face/geometry.h"
@@ -26,5 +27,8 @@ namespace zygoma {
 // the head is symmetric. Radii grow with the head (mean scale of the map around the attachment).
 std::vector<Muscle> standard_muscles(const SurfaceMesh& surface,
                                      const std::function<Vec2(Vec2)>& head_xy_from_canonical_xy);
+
+// Their names in that order.
+std::vector<std::string> standard_muscle_names();
 
 }  // namespace zygoma

@@ -35,11 +35,9 @@ TissueModel without_inertia(const TissueModel& tissue) {
 
 void SettleOptions::check() const {
   require(relative_residual > 0.0 && relative_residual <= 1.0,
-          "relative_residual is " + std::to_string(relative_residual) + ", expected (0, 1]");
-  require(max_iterations >= 1,
-          "max_iterations is " + std::to_string(max_iterations) + ", expected at least 1");
-  require(still_mm >= 0.0 && still_mm <= 10.0,
-          "still_mm is " + std::to_string(still_mm) + ", expected 0 to 10");
+          "relative_residual is " + shortest_text(relative_residual) + ", expected (0, 1]");
+  require_range("max_iterations", max_iterations, 1, 1e6);
+  require_range("still_mm", still_mm, 0.0, 10.0);
 }
 
 struct Simulator::Impl {

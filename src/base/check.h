@@ -6,6 +6,7 @@
 // is neither: it is data in a report.
 #pragma once
 
+#include <charconv>
 #include <stdexcept>
 #include <string>
 
@@ -22,6 +23,20 @@ inline void require(bool condition, const char* message) {
 }
 inline void require(bool condition, const std::string& message) {
   if (!condition) throw InputError(message);
+}
+
+// The shortest text that reads back as the same value, in every locale.
+inline std::string shortest_text(double value) {
+  char buffer[32];
+  const auto result = std::to_chars(buffer, buffer + sizeof buffer, value);
+  return std::string(buffer, result.ptr);
+}
+
+// Throws InputError("NAME is VALUE, expected LOW to HIGH") unless it is; NaN never is.
+inline void require_range(const std::string& name, double value, double low, double high) {
+  if (value >= low && value <= high) return;
+  throw InputError(name + " is " + shortest_text(value) + ", expected " + shortest_text(low) +
+                   " to " + shortest_text(high));
 }
 
 }  // namespace zygoma

@@ -38,6 +38,11 @@ class OptionSink {
 
   // `kind` is the word shown for the value in the help ("FILE", "FOLDER").
   virtual void text(const char* names, std::string& value, const char* kind, const char* help) = 0;
+  // May be given more than once.
+  virtual void texts(const char* names,
+                     std::vector<std::string>& values,
+                     const char* kind,
+                     const char* help) = 0;
   // One of the words in `allowed`.
   virtual void choice(const char* names,
                       std::string& value,

@@ -71,6 +71,25 @@ class Cli11Sink : public OptionSink {
     add(names, value, kind, help, {});
   }
 
+  void texts(const char* names,
+             std::vector<std::string>& values,
+             const char* kind,
+             const char* help) override {
+    const CLI::callback_t given = [&values](const CLI::results_t& results) {
+      values = results;
+      return true;
+    };
+    options_.push_back({std::string(names) + " " + kind, help});
+    app_.add_option(names, given, help)->take_all()->allow_extra_args(false);
+    values_.push_back({long_name(names), [&values] {
+                         std::string all;
+                         for (const std::string& value : values) {
+                           all += (all.empty() ? "" : " ") + value;
+                         }
+                         return all;
+                       }});
+  }
+
   void choice(const char* names,
               std::string& value,
               std::vector<std::string> allowed,

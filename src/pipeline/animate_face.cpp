@@ -43,13 +43,6 @@ std::vector<double> smooth_roll_rad(const ContractionTrack& track) {
   return roll;
 }
 
-Camera face_camera(int width_px, int height_px, double roll_rad) {
-  Camera camera = make_camera(width_px, height_px, {0.0, kLookAtY_mm, 0.0}, kPictureHeight_mm);
-  // A roll on the screen is a turn of the camera frame about its z axis (x right, y down).
-  camera.camera_from_face = Eigen::AngleAxisd(roll_rad, Vec3::UnitZ()) * camera.camera_from_face;
-  return camera;
-}
-
 // The performer's picture with its contours, scaled to the panel; nothing when the video ends
 // before the track does.
 class PerformancePanel {
@@ -129,6 +122,13 @@ std::vector<Controls> controls_for(const ContractionTrack& track, const Anatomy&
     controls.push_back(now);
   }
   return controls;
+}
+
+Camera face_camera(int width_px, int height_px, double roll_rad) {
+  Camera camera = make_camera(width_px, height_px, {0.0, kLookAtY_mm, 0.0}, kPictureHeight_mm);
+  // A roll on the screen is a turn of the camera frame about its z axis (x right, y down).
+  camera.camera_from_face = Eigen::AngleAxisd(roll_rad, Vec3::UnitZ()) * camera.camera_from_face;
+  return camera;
 }
 
 AnimationReport animate_face(const ContractionTrack& track,

@@ -47,6 +47,9 @@ struct AnimationReport {
 // Throws InputError naming a muscle that the face does not have and a value outside [0, 1].
 std::vector<Controls> controls_for(const ContractionTrack& track, const Anatomy& anatomy);
 
+// What the face is filmed with, from the front; `roll_rad` is that of the head.
+Camera face_camera(int width_px, int height_px, double roll_rad = 0.0);
+
 // Settles, draws and encodes every frame of the track into the file `output`. A stop leaves a valid
 // file with the frames done so far.
 AnimationReport animate_face(const ContractionTrack& track,

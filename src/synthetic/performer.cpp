@@ -115,12 +115,6 @@ Camera frame_the_face(const Anatomy& anatomy, int width_px, int height_px) {
   return make_camera(width_px, height_px, centre, std::max(height_mm, narrow_mm));
 }
 
-void require_range(const char* name, double value, double low, double high) {
-  require(value >= low && value <= high,
-          std::string(name) + " is " + std::to_string(value) + "; expected a value in [" +
-              std::to_string(low) + ", " + std::to_string(high) + "]");
-}
-
 }  // namespace
 
 void PerformerOptions::check() const {

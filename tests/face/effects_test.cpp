@@ -131,9 +131,9 @@ TEST_P(EveryEffect, RefusesWhatItCannotTake) {
       const std::string message = refusal({{effect().name, {{p.name, bad}}}});
       for (const std::string& part : {effect().name,
                                       p.name,
-                                      std::to_string(bad),
-                                      std::to_string(p.lowest),
-                                      std::to_string(p.highest)}) {
+                                      shortest_text(bad),
+                                      shortest_text(p.lowest),
+                                      shortest_text(p.highest)}) {
         EXPECT_NE(message.find(part), std::string::npos) << part << " in: " << message;
       }
     }

@@ -20,6 +20,7 @@ struct Received {
   int frames = 30;
   double rate = 25.0;
   bool fast = false;
+  std::vector<std::string> tags;
   int runs = 0;
   std::vector<std::pair<std::string, std::string>> options;
 };
@@ -38,6 +39,7 @@ class EchoCommand : public Command {
     options.integer("--frames", received_.frames, {1, 600}, "How many frames");
     options.number("--rate", received_.rate, {5.0, 120.0}, "Frames per second");
     options.flag("--fast", received_.fast, "Skip the refinement");
+    options.texts("--tag", received_.tags, "WORD", "A word to remember");
   }
   int run(RunContext& context) override {
     ++received_.runs;
@@ -112,8 +114,17 @@ TEST(CommandLineTest, FillsEveryKindOfOption) {
                                                                   {"schedule", "smile"},
                                                                   {"frames", "7"},
                                                                   {"rate", "59.94"},
-                                                                  {"fast", "true"}};
+                                                                  {"fast", "true"},
+                                                                  {"tag", ""}};
   EXPECT_EQ(received.options, expected);
+}
+
+TEST(CommandLineTest, SomeOptionsMayBeGivenMoreThanOnce) {
+  Received received;
+  EXPECT_EQ(run({"echo", "--tag", "a", "clip.mp4", "--tag", "b:c=1,d=2"}, received).code, 0);
+  EXPECT_EQ(received.tags, (std::vector<std::string>{"a", "b:c=1,d=2"}));
+  EXPECT_EQ(received.video, "clip.mp4");
+  EXPECT_EQ(received.options.back(), (std::pair<std::string, std::string>{"tag", "a b:c=1,d=2"}));
 }
 
 TEST(CommandLineTest, KeepsDefaultsAndAcceptsOptionsBeforeThePositional) {
@@ -167,6 +178,7 @@ TEST(CommandLineTest, RefusesBadArgumentsInOneLine) {
   expect_refused({"echo", "a.mp4", "b.mp4"}, {"b.mp4"});
   expect_refused({"echo", "a.mp4", "--frobnicate"}, {"--frobnicate"});
   expect_refused({"echo", "a.mp4", "--frames"}, {"--frames"});
+  expect_refused({"echo", "a.mp4", "--tag"}, {"--tag"});
   expect_refused({"echo", "a.mp4", "--frames", "0"}, {"--frames", "0", "[1, 600]"});
   expect_refused({"echo", "a.mp4", "--frames", "-1"}, {"--frames", "-1", "[1, 600]"});
   expect_refused({"echo", "a.mp4", "--frames", "3.5"}, {"--frames", "'3.5'", "whole number"});

@@ -1,0 +1,81 @@
+#include "src/cli/effect_options.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "src/base/check.h"
+#include "src/io/text.h"
+
+namespace zygoma {
+namespace {
+
+std::string effect_names() {
+  std::string names;
+  for (const Effect& effect : all_effects()) names += (names.empty() ? "" : ", ") + effect.name;
+  return names;
+}
+
+double number_from(const std::string& setting, const std::string& text) {
+  double value = 0.0;
+  const char* last = text.data() + text.size();
+  const auto result = std::from_chars(text.data(), last, value);
+  require(result.ec == std::errc() && result.ptr == last && std::isfinite(value),
+          "--with: " + quote_value(setting) + " has no number, expected parameter=value");
+  return value;
+}
+
+// NAME or NAME:parameter=value,parameter=value
+EffectChoice choice_from(const std::string& text) {
+  const auto colon = text.find(':');
+  EffectChoice choice{text.substr(0, colon), {}};
+  std::string rest = colon == std::string::npos ? "" : text.substr(colon + 1);
+  while (!rest.empty()) {
+    const auto comma = rest.find(',');
+    const std::string setting = rest.substr(0, comma);
+    rest.erase(0, comma == std::string::npos ? comma : comma + 1);
+    const auto equals = setting.find('=');
+    require(equals != std::string::npos,
+            "--with: " + quote_value(setting) + " in " + quote_value(text) +
+                ", expected EFFECT or EFFECT:parameter=value,...");
+    const double value = number_from(setting, setting.substr(equals + 1));
+    require(choice.values.emplace(setting.substr(0, equals), value).second,
+            "--with: " + quote_value(text) + " sets a parameter twice");
+  }
+  return choice;
+}
+
+}  // namespace
+
+void EffectOptions::declare(OptionSink& options) {
+  options.texts("--with",
+                with_,
+                "EFFECT",
+                "an effect to add, or NAME:parameter=value,... to set it; may be repeated");
+  options.texts("--without", without_, "EFFECT", "an effect to leave out; may be repeated");
+}
+
+void EffectOptions::apply(std::vector<EffectChoice>& effects) const {
+  for (const std::string& name : without_) {
+    require(std::any_of(all_effects().begin(),
+                        all_effects().end(),
+                        [&](const Effect& effect) { return effect.name == name; }),
+            "--without: " + quote_value(name) + " is unknown, expected one of " + effect_names());
+    std::erase_if(effects, [&](const EffectChoice& choice) { return choice.name == name; });
+  }
+  for (const std::string& text : with_) {
+    const EffectChoice wanted = choice_from(text);
+    const auto same = [&](const EffectChoice& choice) { return choice.name == wanted.name; };
+    const auto there = std::find_if(effects.begin(), effects.end(), same);
+    EffectChoice& choice = there == effects.end() ? effects.emplace_back() : *there;
+    choice.name = wanted.name;
+    for (const auto& [name, value] : wanted.values) choice.values[name] = value;
+    try {
+      check_effects(effects);
+    } catch (const InputError& error) {
+      throw InputError("--with: " + std::string(error.what()));
+    }
+  }
+}
+
+}  // namespace zygoma

@@ -1,0 +1,376 @@
+#include "src/io/scene_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string_view>
+#include <vector>
+
+#include "face/muscle_table.h"
+#include "src/base/check.h"
+#include "src/io/text.h"
+
+namespace zygoma {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kKind = R"(a scene file (JSON) like {"motion": {"keys": [...]}})";
+
+// "FILE: tissue.law: VALUE, expected WHAT"
+[[noreturn]] void complain(const std::string& where,
+                           const json& value,
+                           const std::string& expected) {
+  // Objects and lists are not repeated: they can be long, and deep enough to be a trap.
+  std::string text = value.is_object()  ? "an object"
+                     : value.is_array() ? "a list of " + std::to_string(value.size())
+                                        : "";
+  if (text.empty()) {
+    text = quote_value(value.dump(-1, ' ', true, json::error_handler_t::replace));
+  }
+  throw InputError(where + ": " + text + ", expected " + expected);
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+double number_from(const std::string& where, const json& value) {
+  if (!value.is_number() || !std::isfinite(value.get<double>())) complain(where, value, "a number");
+  return value.get<double>();
+}
+
+// One object of the file. Remembers which keys it was asked for, so that done() knows the others.
+class Section {
+ public:
+  Section(std::string where, const json& value) : where_(std::move(where)), value_(value) {
+    if (!value.is_object()) complain(where_, value, "an object {...}");
+  }
+
+  std::string path(const std::string& key) const { return where_ + separator() + key; }
+
+  const json* find(const std::string& key) {
+    known_.push_back(key);
+    const auto at = value_.find(key);
+    return at == value_.end() ? nullptr : &*at;
+  }
+
+  void number(const std::string& key, double& target) {
+    if (const json* value = find(key)) target = number_from(path(key), *value);
+  }
+
+  template <typename Integer>
+  void integer(const std::string& key, Integer& target) {
+    const json* value = find(key);
+    if (value == nullptr) return;
+    using Limits = std::numeric_limits<Integer>;
+    const double given = value->is_number() ? value->get<double>() : 0.5;
+    if (given != std::floor(given) || given < static_cast<double>(Limits::lowest()) ||
+        given > static_cast<double>(Limits::max())) {
+      complain(path(key), *value, "a whole number");
+    }
+    target = static_cast<Integer>(given);
+  }
+
+  void colour(const std::string& key, Eigen::Vector3f& target) {
+    const json* value = find(key);
+    if (value == nullptr) return;
+    if (!value->is_array() || value->size() != 3) {
+      complain(path(key), *value, "three numbers [red, green, blue] in [0, 1]");
+    }
+    for (int k = 0; k < 3; ++k) {
+      const std::string place = path(key) + "[" + std::to_string(k) + "]";
+      target[k] = static_cast<float>(number_from(place, (*value)[k]));
+    }
+  }
+
+  // One of the words, by its place among them.
+  template <typename Choice>
+  void choice(const std::string& key, const std::vector<std::string>& words, Choice& target) {
+    if (const json* value = find(key)) target = static_cast<Choice>(place(key, *value, words));
+  }
+
+  int place(const std::string& key, const json& value, const std::vector<std::string>& words) {
+    const auto at = value.is_string()
+                        ? std::find(words.begin(), words.end(), value.get<std::string>())
+                        : words.end();
+    if (at == words.end()) complain(path(key), value, "one of " + joined(words));
+    return static_cast<int>(at - words.begin());
+  }
+
+  // Whatever has not been asked for is unknown.
+  void done() const {
+    for (const auto& [key, value] : value_.items()) {
+      require(std::find(known_.begin(), known_.end(), key) != known_.end(),
+              where_ + ": " + quote_value(key) + " is unknown, expected one of " + joined(known_));
+    }
+  }
+
+ private:
+  const char* separator() const { return where_.ends_with(":") ? " " : "."; }
+
+  std::string where_;
+  const json& value_;
+  std::vector<std::string> known_;
+};
+
+void read_head(Section section, HeadOptions& head, Identity& identity) {
+  section.integer("surface_vertices", head.num_surface_vertices);
+  section.integer("skin_levels", head.skin_levels);
+  section.integer("albedo_size_px", head.albedo_size_px);
+  if (const json* value = section.find("identity")) {
+    Section person(section.path("identity"), *value);
+    person.number("face_width", identity.face_width);
+    person.number("face_height", identity.face_height);
+    person.number("jaw_width", identity.jaw_width);
+    person.number("nose_length", identity.nose_length);
+    person.number("nose_width", identity.nose_width);
+    person.number("lip_fullness", identity.lip_fullness);
+    person.number("brow_height_mm", identity.brow_height_mm);
+    person.number("eye_distance", identity.eye_distance);
+    person.number("chin_length", identity.chin_length);
+    person.colour("skin_tone", identity.skin_tone);
+    person.colour("hair_tone", identity.hair_tone);
+    person.integer("texture_seed", identity.texture_seed);
+    person.done();
+  }
+  section.done();
+}
+
+TissueLayer layer_from(Section section) {
+  TissueLayer layer;
+  const json* name = section.find("name");
+  if (name == nullptr || !name->is_string()) {
+    complain(section.path("name"), name ? *name : json(), "a name");
+  }
+  layer.name = name->get<std::string>();
+  section.number("bottom_share", layer.bottom_share);
+  section.number("modulus_kpa", layer.modulus_kpa);
+  section.number("stiff_ratio", layer.stiff_ratio);
+  section.number("bulk_ratio", layer.bulk_ratio);
+  section.number("alpha_mn_per_mm", layer.alpha_mn_per_mm);
+  section.done();
+  return layer;
+}
+
+void read_layers(Section& section, LatticeOptions& lattice) {
+  constexpr std::size_t kMostLayers = 16;
+  const json* value = section.find("layers");
+  if (value == nullptr) return;
+  if (!value->is_array()) {
+    const int place = section.place("layers", *value, {"tri", "bi"});
+    lattice.layers = place == 0 ? tri_layer() : bi_layer();
+    return;
+  }
+  if (value->size() < 2 || value->size() > kMostLayers) {
+    complain(section.path("layers"), *value, "2 to " + std::to_string(kMostLayers) + " layers");
+  }
+  lattice.layers.clear();
+  for (std::size_t k = 0; k < value->size(); ++k) {
+    const std::string place = section.path("layers") + "[" + std::to_string(k) + "]";
+    lattice.layers.push_back(layer_from({place, (*value)[k]}));
+  }
+}
+
+void read_tissue(Section section, LatticeOptions& lattice) {
+  section.choice("topology", {"prisms", "centroids"}, lattice.topology);
+  section.choice("stiffness", {"calibrated", "constant"}, lattice.stiffness);
+  section.choice("law", {"smooth", "literal"}, lattice.law);
+  read_layers(section, lattice);
+  section.number("epidermis_modulus_kpa", lattice.epidermis_modulus_kpa);
+  section.number("epidermis_thickness_mm", lattice.epidermis_thickness_mm);
+  section.number("epidermis_stiff_ratio", lattice.epidermis_stiff_ratio);
+  section.number("epidermis_alpha_mn_per_mm", lattice.epidermis_alpha_mn_per_mm);
+  if (const json* value = section.find("region_stiffness")) {
+    Section regions(section.path("region_stiffness"), *value);
+    const auto factor = [&](const char* name, Region region) {
+      regions.number(name, lattice.region_stiffness[static_cast<std::size_t>(region)]);
+    };
+    factor("face", Region::kFace);
+    factor("upper_lip", Region::kUpperLip);
+    factor("lower_lip", Region::kLowerLip);
+    factor("upper_lid", Region::kUpperLid);
+    factor("lower_lid", Region::kLowerLid);
+    regions.done();
+  }
+  section.number("density_kg_per_mm3", lattice.density_kg_per_mm3);
+  section.number("smallest_fill", lattice.smallest_fill);
+  section.done();
+}
+
+void read_muscles(Section section, MuscleOptions& muscles) {
+  section.number("hold_kpa_per_mm", muscles.hold_kpa_per_mm);
+  section.number("slip_hold_ratio", muscles.slip_hold_ratio);
+  section.number("slip_elsewhere", muscles.slip_elsewhere);
+  section.number("slip_reach_mm", muscles.slip_reach_mm);
+  section.done();
+}
+
+// The entry of that name in a list of things that have one.
+template <typename Named>
+const Named& known(const std::string& where,
+                   const std::string& name,
+                   const std::vector<Named>& all) {
+  std::vector<std::string> names;
+  for (const Named& one : all) {
+    if (one.name == name) return one;
+    names.push_back(one.name);
+  }
+  throw InputError(where + ": " + quote_value(name) + " is unknown, expected " +
+                   (names.empty() ? "nothing" : "one of " + joined(names)));
+}
+
+void read_effects(const std::string& where, const json& value, std::vector<EffectChoice>& effects) {
+  if (!value.is_object()) complain(where, value, R"(an object like {"volume": {}})");
+  effects.clear();
+  for (const auto& [name, parameters] : value.items()) {
+    const Effect& effect = known(where, name, all_effects());
+    const std::string place = where + "." + name;
+    if (!parameters.is_object()) complain(place, parameters, "an object of its parameters");
+    EffectChoice choice{name, {}};
+    for (const auto& [parameter, number] : parameters.items()) {
+      known(place, parameter, effect.parameters);
+      choice.values[parameter] = number_from(place + "." + parameter, number);
+    }
+    effects.push_back(std::move(choice));
+  }
+}
+
+void read_solver(Section section, Scene& scene) {
+  section.choice("kind", {"equilibrium", "explicit"}, scene.solver);
+  section.number("relative_residual", scene.settle.relative_residual);
+  section.integer("max_iterations", scene.settle.max_iterations);
+  section.number("still_mm", scene.settle.still_mm);
+  section.done();
+}
+
+// A muscle, or a pair of them by the name without a side.
+void read_contractions(const std::string& where,
+                       const json& value,
+                       std::map<std::string, double>& contraction) {
+  if (!value.is_object()) complain(where, value, R"(an object like {"zygomaticus_major": 0.5})");
+  const std::vector<std::string> known = standard_muscle_names();
+  const auto is_known = [&](const std::string& name) {
+    return std::find(known.begin(), known.end(), name) != known.end();
+  };
+  for (const auto& [name, number] : value.items()) {
+    std::vector<std::string> names{name};
+    if (is_known(name + "_L")) names = {name + "_L", name + "_R"};
+    require(is_known(names.front()),
+            where + ": muscle " + quote_value(name) + " is unknown, expected one of " +
+                joined(known) + ", or without the side for both");
+    const double c = number_from(where + "." + name, number);
+    for (const std::string& muscle : names) {
+      require(contraction.emplace(muscle, c).second,
+              where + ": muscle " + muscle + " is there twice, alone and in a pair");
+    }
+  }
+}
+
+void read_motion(Section section, Motion& motion) {
+  section.number("frames_per_s", motion.frames_per_s);
+  section.number("duration_s", motion.duration_s);
+  const json* keys = section.find("keys");
+  section.done();
+  if (keys == nullptr || !keys->is_array() || keys->empty()) {
+    complain(section.path("keys"), keys ? *keys : json(), "a list of at least one pose");
+  }
+  for (std::size_t k = 0; k < keys->size(); ++k) {
+    Section pose(section.path("keys") + "[" + std::to_string(k) + "]", (*keys)[k]);
+    MotionKey key;
+    const json* time = pose.find("time_s");
+    if (time == nullptr) complain(pose.path("time_s"), json(), "the time of the pose, s");
+    key.time_s = number_from(pose.path("time_s"), *time);
+    pose.number("jaw", key.jaw);
+    if (const json* value = pose.find("contractions")) {
+      read_contractions(pose.path("contractions"), *value, key.contraction);
+    }
+    pose.done();
+    motion.keys.push_back(std::move(key));
+  }
+}
+
+// Parses JSON and refuses what the library would pass over: a key that is there twice.
+json parse(const std::string& path) {
+  const std::string text = read_text_file(path, kKind);
+  std::vector<std::set<std::string>> keys;  // of the objects that are open
+  std::string last_key;
+  const auto watch = [&](int /*depth*/, json::parse_event_t event, json& value) {
+    if (event == json::parse_event_t::object_start) keys.emplace_back();
+    if (event == json::parse_event_t::object_end) keys.pop_back();
+    if (event == json::parse_event_t::key) {
+      last_key = value.get<std::string>();
+      require(keys.back().insert(last_key).second,
+              path + ": the key " + quote_value(last_key) + " is there twice in one object");
+    }
+    return true;
+  };
+  try {
+    return json::parse(text, watch);
+  } catch (const json::parse_error& error) {
+    throw InputError(path + ": not valid JSON at byte " + std::to_string(error.byte) +
+                     ", expected " + kKind);
+  } catch (const json::exception&) {
+    throw InputError(path + ": holds a number that is too large, after the key " +
+                     quote_value(last_key));
+  }
+}
+
+// The struct's own check says what is wrong, this where.
+template <typename Checked>
+void check_section(const std::string& where, const Checked& check) {
+  try {
+    check();
+  } catch (const InputError& error) {
+    throw InputError(where + error.what());
+  }
+}
+
+}  // namespace
+
+Scene read_scene(const std::string& path) {
+  const json document = parse(path);
+  const std::string root = path + ":";
+  Section section(root, document);
+  Scene scene;
+  const auto part = [&](const char* name, const auto& read) {
+    if (const json* value = section.find(name)) read(section.path(name), *value);
+  };
+  if (const json* about = section.find("about"); about != nullptr && !about->is_string()) {
+    complain(section.path("about"), *about, "a text");
+  }
+  part("head", [&](const std::string& where, const json& value) {
+    read_head({where, value}, scene.head, scene.identity);
+  });
+  part("tissue", [&](const std::string& where, const json& value) {
+    read_tissue({where, value}, scene.tissue.lattice);
+  });
+  part("muscles", [&](const std::string& where, const json& value) {
+    read_muscles({where, value}, scene.tissue.muscles);
+  });
+  part("effects", [&](const std::string& where, const json& value) {
+    read_effects(where, value, scene.tissue.effects);
+  });
+  part("solver", [&](const std::string& where, const json& value) {
+    read_solver({where, value}, scene);
+  });
+  const json* motion = section.find("motion");
+  section.done();
+  if (motion == nullptr) complain(section.path("motion"), json(), "what the face does");
+  read_motion({section.path("motion"), *motion}, scene.motion);
+
+  check_section(root + " ", [&] { scene.head.check(); });
+  check_section(root + " head.", [&] { scene.identity.check(); });
+  check_section(root + " tissue: ", [&] { scene.tissue.lattice.check(); });
+  check_section(root + " ", [&] { scene.tissue.muscles.check(); });
+  check_section(root + " effects: ", [&] { check_effects(scene.tissue.effects); });
+  check_section(root + " solver.", [&] { scene.settle.check(); });
+  check_section(root + " motion.", [&] { scene.motion.check(); });
+  return scene;
+}
+
+}  // namespace zygoma

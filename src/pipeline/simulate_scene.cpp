@@ -1,0 +1,168 @@
+#include "src/pipeline/simulate_scene.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+
+#include "src/pipeline/animate_face.h"
+
+namespace zygoma {
+namespace {
+
+// Of this process, which other programs on the machine do not disturb.
+double processor_ms() {
+  return 1e3 * static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC);
+}
+
+// How far points are from where they were: the largest, and the sum of squares.
+struct Distance {
+  double largest_mm = 0.0;
+  double sum_mm2 = 0.0;
+  double count = 0.0;
+
+  void add(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+    assert(a.size() == b.size());
+    for (std::size_t v = 0; v < a.size(); ++v) {
+      const double off2 = (a[v] - b[v]).squaredNorm();
+      largest_mm = std::max(largest_mm, std::sqrt(off2));
+      sum_mm2 += off2;
+    }
+    count += static_cast<double>(a.size());
+  }
+  double rms_mm() const { return count > 0.0 ? std::sqrt(sum_mm2 / count) : 0.0; }
+};
+
+template <typename Value>
+auto largest(const std::vector<MotionRow>& rows, const Value& value) {
+  decltype(value(rows.front())) most{};
+  for (const MotionRow& row : rows) most = std::max(most, value(row));
+  return most;
+}
+
+Scene toggled(const Scene& scene, const std::string& effect, bool& was_there) {
+  Scene other = scene;
+  const auto removed =
+      std::erase_if(other.tissue.effects, [&](const EffectChoice& c) { return c.name == effect; });
+  was_there = removed > 0;
+  if (!was_there) other.tissue.effects.push_back({effect, {}});
+  return other;
+}
+
+}  // namespace
+
+double Simulation::frame_ms() const {
+  double sum = 0.0;
+  for (const MotionRow& row : rows) sum += row.ms;
+  return rows.empty() ? 0.0 : sum / static_cast<double>(rows.size());
+}
+
+double Simulation::worst_residual() const {
+  return largest(rows, [](const MotionRow& row) { return row.settle.residual; });
+}
+
+int Simulation::frames_not_converged() const {
+  return static_cast<int>(std::count_if(
+      rows.begin(), rows.end(), [](const MotionRow& row) { return !row.settle.converged; }));
+}
+
+int Simulation::most_inverted_elements() const {
+  return largest(rows, [](const MotionRow& row) { return row.settle.inverted_elements; });
+}
+
+double Simulation::largest_volume_change() const {
+  return largest(rows, [](const MotionRow& row) { return row.settle.mean_volume_change; });
+}
+
+Simulation simulate_scene(const Scene& scene,
+                          const std::shared_ptr<const Anatomy>& anatomy,
+                          const ContractionTrack& track,
+                          const FrameTaker& take,
+                          const StopQuestion& stop) {
+  const std::vector<Controls> controls = controls_for(track, *anatomy);
+  const std::size_t num_vertices = anatomy->surface.positions_mm.size();
+  Simulator face = make_simulator(scene, anatomy);
+  FaceState state = face.rest();
+  Simulation simulation;
+  for (std::size_t k = 0; k < controls.size() && !simulation.stopped; ++k) {
+    MotionRow row;
+    row.time_s = track.frames[k].time_s;
+    const double begin_ms = processor_ms();
+    if (k == 0) {
+      row.settle = face.settle(controls[k], state);
+    } else {
+      row.settle = face.advance(controls[k], row.time_s - track.frames[k - 1].time_s, state);
+    }
+    row.ms = processor_ms() - begin_ms;
+    simulation.surfaces_mm.emplace_back(state.positions_mm.begin(),
+                                        state.positions_mm.begin() + num_vertices);
+    Distance moved;
+    moved.add(simulation.surfaces_mm.back(), anatomy->surface.positions_mm);
+    row.largest_mm = moved.largest_mm;
+    row.rms_mm = moved.rms_mm();
+    simulation.rows.push_back(row);
+    if (take) take(static_cast<int>(k), state, row);
+    simulation.stopped = stop && stop();
+  }
+  return simulation;
+}
+
+std::vector<EffectRow> compare_effects(const Scene& scene,
+                                       const std::shared_ptr<const Anatomy>& anatomy,
+                                       const ContractionTrack& track,
+                                       const Simulation& base,
+                                       StageObserver& observer,
+                                       const StopQuestion& stop) {
+  std::vector<EffectRow> rows;
+  for (const Effect& effect : all_effects()) {
+    EffectRow row;
+    row.effect = effect.name;
+    const Scene other = toggled(scene, effect.name, row.in_scene);
+    observer.begin((row.in_scene ? "without " : "with ") + effect.name,
+                   static_cast<int>(track.frames.size()));
+    const auto count = [&](int frame, const FaceState&, const MotionRow&) {
+      observer.update(frame + 1);
+    };
+    const Simulation varied = simulate_scene(other, anatomy, track, count, stop);
+    observer.end();
+    if (varied.stopped) break;
+    const Simulation& with = row.in_scene ? base : varied;
+    const Simulation& without = row.in_scene ? varied : base;
+    row.ms_with = with.frame_ms();
+    row.ms_without = without.frame_ms();
+    row.not_converged_with = with.frames_not_converged();
+    row.not_converged_without = without.frames_not_converged();
+    Distance apart;
+    for (std::size_t k = 0; k < base.surfaces_mm.size(); ++k) {
+      apart.add(with.surfaces_mm[k], without.surfaces_mm[k]);
+    }
+    row.largest_mm = apart.largest_mm;
+    row.rms_mm = apart.rms_mm();
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+std::string effect_table(const std::vector<EffectRow>& rows) {
+  std::string text =
+      "effect          in scene   ms with  ms without   moves by at most   RMS   not converged\n";
+  for (const EffectRow& row : rows) {
+    char line[160];
+    std::snprintf(line,
+                  sizeof line,
+                  "%-16s%-8s %9.2f %11.2f %15.3f mm %6.3f mm %5d | %d\n",
+                  row.effect.c_str(),
+                  row.in_scene ? "yes" : "no",
+                  row.ms_with,
+                  row.ms_without,
+                  row.largest_mm,
+                  row.rms_mm,
+                  row.not_converged_with,
+                  row.not_converged_without);
+    text += line;
+  }
+  return text;
+}
+
+}  // namespace zygoma
