@@ -43,7 +43,7 @@ const std::vector<Library> kLibraries{
     {"CLI11", {"CLI/"}},
     {"GoogleTest", {"gtest/", "gmock/"}},
     {"Google Benchmark", {"benchmark/"}},
-    {"Bullet", {"BulletSoftBody/"}},
+    {"Bullet", {"BulletCollision/", "BulletSoftBody/"}},
     {"SIMD intrinsics", {"immintrin.h"}},
     {"POSIX", {"unistd.h", "sys/", "fcntl.h", "dlfcn.h", "spawn.h"}},
 };

@@ -134,7 +134,8 @@ double* Factor::assemble(const ColumnMatrix& h, double shift, const Front& front
   const int stride = front_stride(front.height);
   double* matrix = stacks_[front.stack].data() + front.stack_begin;
   const auto column = [&](int c) { return matrix + static_cast<std::size_t>(c) * stride; };
-  for (int c = 0; c < front.height; ++c) std::fill(column(c) + c, column(c) + front.height, 0.0);
+  // Above the diagonal too: what children leave there means nothing, but must not pile up.
+  for (int c = 0; c < front.height; ++c) std::fill_n(column(c), front.height, 0.0);
   for (const Piece& p : front.pieces) {
     const Eigen::OuterStride<> apart(stride);
     Eigen::Map<MatrixXd, 0, Eigen::OuterStride<>> target(

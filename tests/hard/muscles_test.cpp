@@ -235,6 +235,7 @@ TEST_F(HC27, AllMusclesAtOne) {
   const auto patch = shared(make_face_patch());
   for (const Tissue& tissue : topologies()) {
     for (const auto& anatomy : {head, patch}) {
+      if (kSanitized && anatomy == head) continue;
       Simulator simulator(anatomy, tissue.model);
       FaceState state = simulator.rest();
       Controls controls = at_rest(*anatomy);
@@ -258,7 +259,7 @@ TEST_F(HC27, EveryMuscleAloneAtOneInvertsNothing) {
   Simulator simulator(head);
   int most_steps = 0;
   double worst_change = 0.0;
-  for (std::size_t m = 0; m < head->muscles.size(); ++m) {
+  for (std::size_t m = 0; m < head->muscles.size(); m += kSanitized ? 4 : 1) {
     FaceState state = simulator.rest();
     Controls controls = at_rest(*head);
     controls.contraction[m] = 1.0;
@@ -425,7 +426,7 @@ Drift square_wave(double relative_residual) {
   FaceState state = simulator.rest();
   std::vector<Vec3> first_on;
   Drift drift;
-  for (int frame = 0; frame < 300; ++frame) {
+  for (int frame = 0; frame < repetitions(300); ++frame) {
     const bool on = frame % 2 == 0;
     EXPECT_TRUE(simulator.advance(smile(*anatomy, on ? 1.0 : 0.0), 1.0 / 30.0, state).converged);
     if (frame == 0) first_on = state.positions_mm;
@@ -433,7 +434,7 @@ Drift square_wave(double relative_residual) {
     off = std::max(
         off, largest_distance(on ? first_on : simulator.rest().positions_mm, state.positions_mm));
   }
-  EXPECT_NEAR(state.time_s, 10.0, 1e-9);
+  EXPECT_NEAR(state.time_s, repetitions(300) / 30.0, 1e-9);
   return drift;
 }
 

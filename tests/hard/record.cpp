@@ -63,10 +63,11 @@ class Recorder final : public testing::EmptyTestEventListener {
   void OnTestProgramEnd(const testing::UnitTest& all) override {
     const char* page = std::getenv("ZYGOMA_STABILITY_PAGE");
     if (page == nullptr) return;
-    if (all.test_to_run_count() == all.total_test_count() && all.skipped_test_count() == 0) {
+    if (!kSanitized && all.test_to_run_count() == all.total_test_count() &&
+        all.skipped_test_count() == 0) {
       write_page(page);
     } else {
-      std::fprintf(stderr, "%s: not written, since not all tests ran\n", page);
+      std::fprintf(stderr, "%s: not written: not all tests ran in full\n", page);
     }
   }
 

@@ -29,6 +29,14 @@ std::string figure(double value);
 // Whether cases that take minutes were asked for (ZYGOMA_LONG_TESTS is set).
 bool long_tests();
 
+// Sanitizers make everything 10 to 30 times slower: this many of so many repetitions then.
+#ifdef __SANITIZE_ADDRESS__
+inline constexpr bool kSanitized = true;
+#else
+inline constexpr bool kSanitized = false;
+#endif
+inline constexpr int repetitions(int usual) { return kSanitized ? (usual + 14) / 15 : usual; }
+
 // Where the table of the page begins.
 inline constexpr const char* kTableHead = "| id | case | measured | criterion | outcome |";
 

@@ -21,7 +21,7 @@ constexpr std::array<double, 2> kSteps{3e-4, 1e-4};
 
 SettleOptions tight() {
   SettleOptions options;
-  options.relative_residual = 1e-12;
+  options.relative_residual = 1e-11;
   options.max_iterations = 200;
   return options;
 }
@@ -137,7 +137,7 @@ TEST_F(HC35, SensitivitiesOfRandomExpressionsMatchCentralDifferences) {
     SCOPED_TRACE(tissue.name);
     const bool is_default = &tissue == &tissues.front();
     Simulator simulator(shared(make_face_patch(small_patch())), tissue.model, tight());
-    ErrorsOfExpressions result = check_expressions(simulator, is_default ? 50 : 15, 2);
+    ErrorsOfExpressions result = check_expressions(simulator, repetitions(is_default ? 50 : 15), 2);
     EXPECT_EQ(result.unsettled, 0);
     record_expressions(std::to_string(result.checked) +
                            " random expressions up to 0.7, jaw to 0.2 "
@@ -252,6 +252,7 @@ TEST_F(HC37, BackAtRestAfterAnExpression) {
   const auto patch = shared(make_face_patch());
   for (const Tissue& tissue : topologies()) {
     for (const auto& anatomy : {head, patch}) {
+      if (kSanitized && anatomy == head) continue;
       Simulator simulator(anatomy, tissue.model);
       FaceState state = simulator.rest();
       Controls controls = at_rest(*anatomy);
