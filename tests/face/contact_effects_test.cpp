@@ -157,7 +157,10 @@ TEST(LipContact, MouthThatClosesStopsWhereTheLipsMeetAndLetsGo) {
     controls.jaw_rad = 0.2;
     EXPECT_TRUE(simulator.settle(controls, state).converged);
     EXPECT_GT(smallest_gap(*pouting_head(), state), 5.0);
-    EXPECT_TRUE(simulator.settle(contracted(*pouting_head(), "lift", 1.0), state).converged);
+    // In steps: contact acts where lips meet, not on the way of one that jumps through the other.
+    for (const double lift : {0.2, 0.4, 0.6, 0.8, 1.0}) {
+      EXPECT_TRUE(simulator.settle(contracted(*pouting_head(), "lift", lift), state).converged);
+    }
     gap[with] = smallest_gap(*pouting_head(), state);
     EXPECT_TRUE(simulator.settle(contracted(*pouting_head(), "lift", 0.0), state).converged);
     double away = 0.0;

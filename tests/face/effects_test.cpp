@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <ostream>
 
 #include "face/effect.h"
 #include "face/energy.h"
@@ -14,6 +15,10 @@
 #include "tests/support/face_patch.h"
 
 namespace zygoma {
+
+// How GoogleTest shows a parameter.
+void PrintTo(const Effect& effect, std::ostream* out) { *out << effect.name; }
+
 namespace {
 
 using test_support::FacePatchOptions;
