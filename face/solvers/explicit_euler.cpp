@@ -124,7 +124,7 @@ void ExplicitEuler::set_velocity(int node, const Vec3& v_mm_per_s) {
 std::vector<Vec3> ExplicitEuler::positions() const {
   std::vector<Vec3> x;
   x.reserve(state_.nodes.size());
-  for (const Node<float>& node : state_.nodes) {
+  for (const LatticeNode<float>& node : state_.nodes) {
     x.push_back(Vec3(node.x, node.y, node.z) + centre_mm_);
   }
   return x;
@@ -143,9 +143,9 @@ std::vector<double> ExplicitEuler::node_stiffness(bool as_stretched_now) const {
   std::vector<double> stiffness = energy_stiffness_;
   for (const Spring& spring : springs_) {
     double k = spring.law.alpha + spring.law.stiffening;
-    if (as_stretched_now) {
-      const Node<float>& a = state_.nodes[spring.i];
-      const Node<float>& b = state_.nodes[spring.j];
+    if (as_stretched_now && spring.law.stiffening > 0.0) {
+      const LatticeNode<float>& a = state_.nodes[spring.i];
+      const LatticeNode<float>& b = state_.nodes[spring.j];
       const double length =
           std::sqrt(Vec3(b.x - a.x, b.y - a.y, b.z - a.z).squaredNorm() + spring.softening_mm2);
       const double begins = spring.law.critical_mm - spring.law.band_mm;
@@ -172,7 +172,7 @@ double ExplicitEuler::bound_s() const {
 // Adds the gradient of everything in the nodes; energy of springs (only if wanted) and of the
 // further energy.
 double ExplicitEuler::add_forces(bool want_energy) {
-  Node<float>* nodes = state_.nodes.data();
+  LatticeNode<float>* nodes = state_.nodes.data();
   double energy = 0.0;
   if (want_energy) {
     energy = static_cast<double>(set_.energy_and_gradient(nodes));
@@ -202,7 +202,7 @@ double ExplicitEuler::add_forces(bool want_energy) {
 // One step with the gradient that stands in the nodes, which is cleared for the next.
 void ExplicitEuler::integrate(float dt) {
   const bool literal = options_.literal_order;
-  Node<float>* nodes = state_.nodes.data();
+  LatticeNode<float>* nodes = state_.nodes.data();
   Four* velocity = state_.velocity.data();
   const Four* inertia = inertia_.data();
   const std::size_t n = state_.nodes.size();
@@ -303,7 +303,7 @@ ExplicitReport ExplicitEuler::advance(double time_s) {
     report.largest_speed_mm_per_s =
         std::max(report.largest_speed_mm_per_s, std::sqrt(static_cast<double>(dot(v, v))));
   }
-  for (Node<float>& node : state_.nodes) store(&node.dx, Four{});
+  clear_gradient();
   return report;
 }
 
@@ -315,12 +315,14 @@ struct ExplicitEuler::Relaxation {
   float damping = 0.0F;
   double stiffness_along = 0.0;  // v . change of gradient
   double mass_along = 0.0;       // v . M v
+  double residual_mn = 0.0;      // where the step began
 };
 
 void ExplicitEuler::relax_step(Relaxation& r) {
   const float keep = (2.0F - r.damping) / (2.0F + r.damping);
   const float push = 2.0F / (2.0F + r.damping);
   Four stiffness{}, mass{};
+  float largest = 0.0F;
   for (std::size_t k = 0; k < state_.nodes.size(); ++k) {
     float* node = &state_.nodes[k].x;
     const Four f = -load<Four>(node + 4);
@@ -328,6 +330,8 @@ void ExplicitEuler::relax_step(Relaxation& r) {
     const Four im = r.inverse_mass[k];
     stiffness += v * (r.last_force[k] - f);
     mass += r.mass[k] * v * v;
+    const float norm2 = dot(f, f);
+    if (!(norm2 <= largest) && im[0] != 0.0F) largest = norm2;  // also what is not a number
     r.last_force[k] = f;
     const Four new_v = keep * v + push * (im * f);
     state_.velocity[k] = new_v;
@@ -336,6 +340,7 @@ void ExplicitEuler::relax_step(Relaxation& r) {
   }
   r.stiffness_along = static_cast<double>(stiffness[0] + stiffness[1] + stiffness[2]);
   r.mass_along = static_cast<double>(mass[0] + mass[1] + mass[2]);
+  r.residual_mn = std::sqrt(static_cast<double>(largest));
 }
 
 void ExplicitEuler::renew_masses(double heavier, Relaxation& r) const {
@@ -349,6 +354,10 @@ void ExplicitEuler::renew_masses(double heavier, Relaxation& r) const {
     r.mass[k] = Four{mass, mass, mass, 0.0F};
     r.inverse_mass[k] = Four{1.0F / mass, 1.0F / mass, 1.0F / mass, 0.0F};
   }
+}
+
+void ExplicitEuler::clear_gradient() {
+  for (LatticeNode<float>& node : state_.nodes) store(&node.dx, Four{});
 }
 
 double ExplicitEuler::residual_mn() const {
@@ -372,41 +381,51 @@ RelaxReport ExplicitEuler::relax(double tolerance_mn, int max_steps) {
   State good = state_;
   double good_residual = std::numeric_limits<double>::infinity();
   double heavier = 1.0;
-  for (;;) {
-    if (report.steps % kRenewMasses == 0) renew_masses(heavier, r);
+  while (report.steps < max_steps) {
+    if (report.steps % kRenewMasses == 0) {
+      renew_masses(heavier, r);
+      if (report.steps > 0 && r.residual_mn < good_residual) {
+        good = state_;
+        good_residual = r.residual_mn;
+      }
+    }
     add_forces(false);
-    report.residual_mn = residual_mn();
-    report.converged = report.residual_mn <= tolerance_mn;
-    if (report.converged || report.steps >= max_steps) break;
-    if (good_residual == std::numeric_limits<double>::infinity()) {
-      require(std::isfinite(report.residual_mn),
+    relax_step(r);
+    ++report.steps;
+    if (report.steps == 1) {
+      require(std::isfinite(r.residual_mn),
               "explicit solver: positions or forces are not finite at the start");
-      good_residual = report.residual_mn;
+      good_residual = r.residual_mn;
     }
     // Written so that it catches what is not a number, too.
-    if (!(report.residual_mn <= kExplosion * good_residual)) {
+    if (!(r.residual_mn <= kExplosion * good_residual)) {
       state_ = good;
-      report.residual_mn = good_residual;
       if (++report.restores >= kMostRestores) break;
       heavier *= 4.0;  // as halving dt
       r.damping = 0.0F;
       renew_masses(heavier, r);
       continue;
     }
-    if (report.steps % kRenewMasses == 0 && report.residual_mn < good_residual) {
-      good = state_;
-      good_residual = report.residual_mn;
-      for (Node<float>& node : good.nodes) store(&node.dx, Four{});
-    }
-    relax_step(r);
-    ++report.steps;
     if (r.mass_along > 0.0 && r.stiffness_along > 0.0) {
       const double frequency = std::sqrt(r.stiffness_along / r.mass_along);
       r.damping = static_cast<float>(std::min(2.0 * frequency, 1.9));
     }
+    if (r.residual_mn > tolerance_mn) continue;
+    // So it was before the step; is it still?
+    add_forces(false);
+    const bool settled = residual_mn() <= tolerance_mn;
+    clear_gradient();
+    if (settled) break;
   }
+  add_forces(false);
+  report.residual_mn = residual_mn();
+  if (!std::isfinite(report.residual_mn)) {
+    state_ = good;
+    report.residual_mn = good_residual;
+  }
+  report.converged = report.residual_mn <= tolerance_mn;
+  clear_gradient();
   std::fill(state_.velocity.begin(), state_.velocity.end(), Four{});
-  for (Node<float>& node : state_.nodes) store(&node.dx, Four{});
   return report;
 }
 

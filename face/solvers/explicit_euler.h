@@ -95,7 +95,7 @@ class ExplicitEuler {
   // Four floats in a register.
   typedef float Four __attribute__((vector_size(16)));
   struct State {
-    std::vector<Node<float>> nodes;
+    std::vector<LatticeNode<float>> nodes;
     std::vector<Four> velocity;
   };
   // Few nodes have these, so they do not burden the others.
@@ -121,6 +121,7 @@ class ExplicitEuler {
   void integrate(float dt);
   Energies energies(double spring_energy) const;
   double residual_mn() const;  // of the gradient that stands in the nodes
+  void clear_gradient();
   void renew_masses(double heavier, Relaxation& r) const;
   void relax_step(Relaxation& r);
 

@@ -177,7 +177,7 @@ template <typename Real>
 void SpringSet<Real>::fill_numbers(const std::vector<Spring>& springs,
                                    const std::vector<Slot>& slots,
                                    const std::vector<Vec3>& x) {
-  std::vector<Node<Real>> nodes;
+  std::vector<LatticeNode<Real>> nodes;
   reset_nodes(x, nodes);
   SimdVector<Real> length(num_rows() * lanes_);
   if constexpr (std::is_same_v<Real, float>) {
@@ -219,7 +219,7 @@ SpringRows<Real> SpringSet<Real>::rows() const {
 }
 
 template <typename Real>
-Real SpringSet<Real>::energy_and_gradient(Node<Real>* nodes) const {
+Real SpringSet<Real>::energy_and_gradient(LatticeNode<Real>* nodes) const {
   if constexpr (std::is_same_v<Real, float>) {
     return kernels_->springs_float(rows(), &nodes->x);
   } else {
@@ -228,7 +228,7 @@ Real SpringSet<Real>::energy_and_gradient(Node<Real>* nodes) const {
 }
 
 template <typename Real>
-void SpringSet<Real>::add_gradient(Node<Real>* nodes) const {
+void SpringSet<Real>::add_gradient(LatticeNode<Real>* nodes) const {
   if constexpr (std::is_same_v<Real, float>) {
     kernels_->spring_gradient_float(rows(), &nodes->x);
   } else {
@@ -256,7 +256,7 @@ PrismSet::PrismSet(const std::vector<Prism>& prisms,
       node_[(k / lanes * 6 + c) * lanes + k % lanes] = 8 * prisms[k].node[c];
     }
   }
-  std::vector<Node<double>> nodes;
+  std::vector<LatticeNode<double>> nodes;
   reset_nodes(x, nodes);
   SimdVector<double> volume72(num_rows * lanes);
   kernels.prisms(rows(), &nodes.data()->x, volume72.data());
@@ -284,7 +284,7 @@ PrismRows PrismSet::rows() const {
           barrier_.ratio};
 }
 
-double PrismSet::energy_and_gradient(Node<double>* nodes) const {
+double PrismSet::energy_and_gradient(LatticeNode<double>* nodes) const {
   return kernels_->prisms(rows(), &nodes->x, nullptr);
 }
 

@@ -162,8 +162,8 @@ struct Case {
   SpringSet<float> in_float;
   SpringSet<double> in_double;
   PrismSet prisms;
-  std::vector<Node<float>> nodes_float;
-  std::vector<Node<double>> nodes;
+  std::vector<LatticeNode<float>> nodes_float;
+  std::vector<LatticeNode<double>> nodes;
   std::vector<double> float_ms, double_ms, both_ms, peak, read;
 
   Case(const Patch& p, const LatticeKernels& k)

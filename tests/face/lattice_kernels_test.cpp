@@ -82,11 +82,12 @@ Evaluation scalar_prisms(const std::vector<Prism>& prisms, const std::vector<Vec
 
 template <typename Set, typename Real>
 Evaluation evaluate(const Set& set, const std::vector<Vec3>& x, Real) {
-  std::vector<Node<Real>> nodes;
+  std::vector<LatticeNode<Real>> nodes;
   reset_nodes(x, nodes);
   Evaluation result;
   result.energy = set.energy_and_gradient(nodes.data());
-  for (const Node<Real>& node : nodes) result.gradient.emplace_back(node.dx, node.dy, node.dz);
+  for (const LatticeNode<Real>& node : nodes)
+    result.gradient.emplace_back(node.dx, node.dy, node.dz);
   return result;
 }
 
@@ -243,7 +244,7 @@ TEST_P(LatticeKernelsOf, SameBitsTwiceAndWithoutTheEnergy) {
   const Evaluation second = evaluate(again, x, 0.0);
   EXPECT_EQ(std::bit_cast<std::uint64_t>(first.energy),
             std::bit_cast<std::uint64_t>(second.energy));
-  std::vector<Node<double>> nodes;
+  std::vector<LatticeNode<double>> nodes;
   reset_nodes(x, nodes);
   springs.add_gradient(nodes.data());
   for (std::size_t k = 0; k < x.size(); ++k) {
