@@ -20,9 +20,9 @@ class SpringTerm final : public EnergyTerm {
 
  private:
   const Lattice& lattice_;
-  SpringSet<double> moving_;                 // those with an end that moves, under the smooth law
-  std::vector<Spring> literal_;              // those under the printed one: for study, one by one
-  mutable std::vector<Node<double>> nodes_;  // workspace
+  SpringSet<double> moving_;     // those with an end that moves, under the smooth law
+  std::vector<Spring> literal_;  // those under the printed one: for study, one by one
+  mutable std::vector<LatticeNode<double>> nodes_;  // workspace
 };
 
 }  // namespace zygoma

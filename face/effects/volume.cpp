@@ -92,8 +92,8 @@ class Volume final : public EnergyTerm {
   double factor_;
   double barrier_start_;  // J0
   double barrier_ratio_;
-  PrismSet moving_;                          // those with a node that moves
-  mutable std::vector<Node<double>> nodes_;  // workspace
+  PrismSet moving_;                                 // those with a node that moves
+  mutable std::vector<LatticeNode<double>> nodes_;  // workspace
 };
 
 }  // namespace

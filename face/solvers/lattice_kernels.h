@@ -44,7 +44,8 @@ void reset_nodes(const std::vector<Vec3>& x, std::vector<LatticeNode<Real>>& nod
 }
 
 // Adds the gradients of nodes to a vector of them, 3 node + axis.
-inline void add_gradients(const std::vector<Node<double>>& nodes, Eigen::VectorXd& gradient) {
+inline void add_gradients(const std::vector<LatticeNode<double>>& nodes,
+                          Eigen::VectorXd& gradient) {
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     gradient[3 * k] += nodes[k].dx;
     gradient[3 * k + 1] += nodes[k].dy;
