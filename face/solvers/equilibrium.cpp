@@ -159,10 +159,10 @@ EquilibriumReport EquilibriumSolver::solve(std::vector<Vec3>& x,
     report.converged = report.residual_mn <= stop.share_of_load * report.load_mn;
     if (report.converged || report.iterations >= stop.max_iterations) break;
     if (wants_factor) {
-      // Where a shift was needed and steps are still cut short, the Hessian here will want one too:
-      // a failed attempt costs as much as a good one.
+      // Where a shift was needed, the next factor will want one too, unless full steps have been
+      // taken since: a failed attempt costs as much as a good one.
       const bool due = report.iterations == 0 && ahead;
-      refactor(due ? *ahead : x, !due && taken < 1.0 ? 0.5 * shift_ : 0.0, report);
+      refactor(due ? *ahead : x, due || taken < 1.0 ? 0.5 * shift_ : 0.0, report);
       wants_factor = false;
       steps_on_factor = slow_steps = 0;
     }
