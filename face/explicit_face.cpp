@@ -6,7 +6,7 @@ namespace zygoma {
 namespace {
 
 constexpr int kPartsOfStep = 8;           // in which bone and muscles move during a step
-constexpr double kGrownStiffness = 3.0;       // of effects, between rest and strong deformation
+constexpr double kGrownStiffness = 3.0;   // of effects, between rest and strong deformation
 constexpr double kSmallestMassKg = 1e-7;  // of a node; thin tissue would ask for tiny steps
 
 ExplicitNodes nodes_of(const Lattice& lattice, double mass_factor, double damping_per_s) {
