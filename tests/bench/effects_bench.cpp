@@ -15,7 +15,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <fstream>
 #include <memory>
 #include <sstream>
@@ -24,6 +23,7 @@
 
 #include "face/generic_head.h"
 #include "face/simulator.h"
+#include "tests/bench/bench_tools.h"
 
 namespace zygoma {
 namespace {
@@ -32,12 +32,8 @@ constexpr int kFrames = 40;
 constexpr int kRepeats = 5;
 constexpr double kFrameS = 1.0 / 60.0;
 
-double cpu_ms() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
+using bench::cpu_ms;
+using bench::median;
 
 TissueModel scene_with(const std::vector<std::string>& effects) {
   TissueModel scene;
@@ -169,7 +165,7 @@ std::string compare(const std::shared_ptr<const Anatomy>& anatomy,
   return row.str();
 }
 
-int bench(const std::string& program, const char* csv) {
+int run_bench(const std::string& program, const char* csv) {
   const auto anatomy = std::make_shared<const Anatomy>(
       make_generic_head({}, {.num_surface_vertices = 500, .skin_levels = 0, .albedo_size_px = 64}));
   std::string table =
@@ -194,5 +190,5 @@ int main(int argc, char** argv) {
   if (argc == 4 && std::string(argv[1]) == "--evaluate") {
     return std::isfinite(zygoma::evaluate(argv[2], std::atoi(argv[3]))) ? 0 : 1;
   }
-  return zygoma::bench(argv[0], argc > 1 ? argv[1] : nullptr);
+  return zygoma::run_bench(argv[0], argc > 1 ? argv[1] : nullptr);
 }

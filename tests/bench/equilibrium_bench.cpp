@@ -13,7 +13,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <fstream>
 #include <memory>
 #include <numbers>
@@ -24,6 +23,7 @@
 #include "face/generic_head.h"
 #include "face/simulator.h"
 #include "face/solvers/equilibrium.h"
+#include "tests/bench/bench_tools.h"
 
 namespace zygoma {
 namespace {
@@ -31,12 +31,8 @@ namespace {
 constexpr int kFrames = 100;
 constexpr double kFrameS = 1.0 / 60.0;
 
-double cpu_ms() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
+using bench::cpu_ms;
+using bench::median;
 
 double mean(const std::vector<double>& values) {
   double sum = 0.0;
@@ -211,7 +207,7 @@ class Bench {
   int inverted_ = 0;
 };
 
-int bench(int repeats, const char* csv) {
+int run_bench(int repeats, const char* csv) {
   std::vector<std::unique_ptr<Bench>> sizes;
   for (const int surface_vertices : {325, 500, 1000, 2000}) {
     sizes.push_back(std::make_unique<Bench>(surface_vertices));
@@ -239,5 +235,5 @@ int bench(int repeats, const char* csv) {
 }  // namespace zygoma
 
 int main(int argc, char** argv) {
-  return zygoma::bench(argc > 1 ? std::atoi(argv[1]) : 5, argc > 2 ? argv[2] : nullptr);
+  return zygoma::run_bench(argc > 1 ? std::atoi(argv[1]) : 5, argc > 2 ? argv[2] : nullptr);
 }

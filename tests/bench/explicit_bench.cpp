@@ -201,7 +201,7 @@ struct StepCase {
     const std::size_t n = patch.x.size();
     ExplicitNodes nodes{
         std::vector<double>(n, 0.5), std::vector<double>(n, 1.0), std::vector<char>(n, 0)};
-    for (std::size_t k = patch.lattice.num_free_nodes(); k < n; ++k) nodes.fixed[k] = 1;
+    for (std::size_t k = patch.lattice.num_free_nodes; k < n; ++k) nodes.fixed[k] = 1;
     solver = std::make_unique<ExplicitEuler>(patch.lattice.springs, patch.lattice.rest_mm, nodes);
     solver->set_velocity(0, Vec3(1.0, 1.0, 1.0));
     time_s = 256.0 * 0.9 * solver->bound_s();
@@ -242,7 +242,7 @@ int run(const std::string& csv, const std::string& label) {
       const double read = median(c.read);
       table.line(
           format("%d,%zu,%zu,%s,%.0f,%.0f,%.3f,%.0f,%.3f,%.0f,%.4f,%.4f,%s",
-                 patch.lattice.num_columns,
+                 patch.lattice.num_vertices,
                  patch.lattice.springs.size(),
                  patch.lattice.prisms.size(),
                  c.kernels->name,

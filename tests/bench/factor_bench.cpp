@@ -27,6 +27,7 @@
 #include "face/generic_head.h"
 #include "face/lattice.h"
 #include "face/solvers/factor.h"
+#include "tests/bench/bench_tools.h"
 
 extern "C" char* openblas_get_corename() __attribute__((weak));
 
@@ -182,10 +183,7 @@ double processor_ms(const std::function<void()>& work) {
   return now() - begin;
 }
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
+using bench::median;
 
 struct Row {
   std::string name;
@@ -230,7 +228,7 @@ void measure(const Sparse& lower, int repeats, std::vector<Row>& rows) {
   }
 }
 
-int bench(const char* csv) {
+int run_bench(const char* csv) {
   std::FILE* file = csv != nullptr ? std::fopen(csv, "a") : nullptr;
   const auto print = [&](const std::string& line) {
     std::printf("%s\n", line.c_str());
@@ -242,9 +240,10 @@ int bench(const char* csv) {
     HeadOptions options;
     options.num_surface_vertices = vertices;
     const Anatomy anatomy = make_generic_head({}, options);
-    const FaceEnergy energy(anatomy, make_lattice(anatomy));
-    ColumnMatrix h = energy.make_pattern();
-    energy.hessian(energy.lattice().rest_mm, h);
+    const FaceEnergy energy(anatomy);
+    TissueHessian hessian = energy.make_hessian();
+    energy.hessian(energy.lattice().rest_mm, hessian);
+    const ColumnMatrix& h = hessian.free();
     const Sparse lower = lower_triangle(h);
     std::vector<Row> rows = make_solvers(h, lower);
     measure(lower, repeats, rows);
@@ -273,7 +272,7 @@ int bench(const char* csv) {
 
 int main(int argc, char** argv) {
   try {
-    return zygoma::bench(argc > 1 ? argv[1] : nullptr);
+    return zygoma::run_bench(argc > 1 ? argv[1] : nullptr);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "factor_bench: %s\n", error.what());
     return 1;

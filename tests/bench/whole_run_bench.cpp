@@ -16,6 +16,7 @@
 #include "retarget/retarget.h"
 #include "src/pipeline/animate_face.h"
 #include "src/pipeline/track_video.h"
+#include "tests/bench/bench_tools.h"
 
 namespace zygoma {
 namespace {
@@ -27,10 +28,7 @@ class Silent : public StageObserver {
   void end() override {}
 };
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
+using bench::median;
 
 struct Row {
   const char* name;
@@ -46,7 +44,7 @@ double decode_ms(const std::string& video) {
   return watch.elapsed_ms();
 }
 
-int bench(const std::string& video, int repeats, const char* csv) {
+int run_bench(const std::string& video, int repeats, const char* csv) {
   const std::string output =
       (std::filesystem::temp_directory_path() / "zygoma_whole_run_bench.mp4").string();
   Row rows[] = {{"decode only", {}},
@@ -120,7 +118,7 @@ int main(int argc, char** argv) {
   }
   const int repeats = argc > 2 ? std::max(1, std::atoi(argv[2])) : 3;
   try {
-    return zygoma::bench(argv[1], repeats, argc > 3 ? argv[3] : nullptr);
+    return zygoma::run_bench(argv[1], repeats, argc > 3 ? argv[3] : nullptr);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "whole_run_bench: %s\n", error.what());
     return 2;
