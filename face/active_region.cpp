@@ -7,9 +7,9 @@
 namespace zygoma {
 namespace {
 
-constexpr double kNeededShare =
-    0.25;  // of the tolerance: a column that may move this far is needed
-constexpr double kMarginShare = 0.35;   // and joins from here on, so that the region changes seldom
+// Of the tolerance: the region changes when a column that may move this far is left out, ...
+constexpr double kNeededShare = 0.6;
+constexpr double kMarginShare = 0.35;   // ... and takes in all from here on, to change seldom
 constexpr double kLargestExcess = 1.6;  // of the region over what is needed, before it shrinks
 constexpr double kForceShare = 0.4;     // of the tolerance, as the stretch a node left out may feel
 
@@ -19,7 +19,7 @@ void ActiveRegion::find_reach(EquilibriumSolver& solver) {
   const Lattice& lattice = energy_.lattice();
   const std::vector<Vec3>& rest = lattice.rest_mm;
   energy_.set_controls(std::vector<double>(energy_.muscles().pulls.size(), 0.0), 0.0);
-  Factor factor(solver.hessian().free());
+  Factor factor = solver.factor();
   solver.factor_at(rest, factor);
   Eigen::MatrixXd motion = energy_.control_forces(rest, solver.hessian());
   factor.solve(motion);
@@ -37,13 +37,17 @@ void ActiveRegion::find_reach(EquilibriumSolver& solver) {
   }
 }
 
-void ActiveRegion::restrict_all(EquilibriumSolver& solver) {
+void ActiveRegion::restrict_energy() {
   const Lattice& lattice = energy_.lattice();
   std::vector<char> nodes(lattice.rest_mm.size(), 0);
   for (int node = 0; node < lattice.num_free_nodes; ++node) {
     nodes[node] = moving_[lattice.column_of[node]];
   }
   energy_.restrict_to(nodes);
+}
+
+void ActiveRegion::restrict_all(EquilibriumSolver& solver) {
+  restrict_energy();
   solver.restrict_to(moving_);
 }
 
@@ -67,13 +71,11 @@ void ActiveRegion::choose(const std::vector<double>& contraction,
     double& r = reach[lattice.column_of[node]];
     r = std::max(r, (state.positions_mm[node] - lattice.rest_mm[node]).norm());
   }
-  std::size_t needed = 0;
   std::size_t wanted = 0;
   std::size_t kept = 0;
   bool enough = moving_.size() == n;
   for (std::size_t c = 0; c < n; ++c) {
     const bool need = reach[c] > kNeededShare * still_mm;
-    needed += need;
     wanted += reach[c] > kMarginShare * still_mm;
     if (moving_.size() != n) continue;
     kept += moving_[c];
@@ -101,15 +103,8 @@ bool ActiveRegion::grow(double still_mm, const FaceState& state, EquilibriumSolv
   }
   const bool changed = grown != moving_;
   moving_ = std::move(grown);
-  if (changed) {
-    restrict_all(solver);
-  } else {
-    std::vector<char> nodes(lattice.rest_mm.size(), 0);
-    for (int node = 0; node < lattice.num_free_nodes; ++node) {
-      nodes[node] = moving_[lattice.column_of[node]];
-    }
-    energy_.restrict_to(nodes);
-  }
+  restrict_energy();
+  if (changed) solver.restrict_to(moving_);
   return changed;
 }
 

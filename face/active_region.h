@@ -39,6 +39,7 @@ class ActiveRegion {
 
  private:
   void find_reach(EquilibriumSolver& solver);
+  void restrict_energy();
   void restrict_all(EquilibriumSolver& solver);
 
   FaceEnergy& energy_;

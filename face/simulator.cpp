@@ -47,7 +47,7 @@ struct Simulator::Impl {
         energy(*anatomy, o.solver == Solver::kExplicit ? without_inertia(tissue) : tissue),
         solver(energy),
         region(energy),
-        sensitivity_factor(solver.hessian().free()),
+        sensitivity_factor(solver.factor()),
         known(energy.lattice().rest_mm),
         known_controls(zero_controls()) {
     options.check();
@@ -323,6 +323,7 @@ SettleReport Simulator::advance(const Controls& controls, double step_s, FaceSta
   impl.energy.begin_step(state, step_s);
   impl.carry(impl.controls_of(state, controls), controls, state.positions_mm);
   impl.coast(state, step_s);
+  impl.ahead.clear();
   impl.minimise(impl.options.relative_residual, state.positions_mm, report);
   impl.energy.end_step(state);
   state.time_s += step_s;

@@ -61,6 +61,9 @@ class EquilibriumSolver {
   // returns the shift. The attempts begin with first_shift.
   double factor_at(const std::vector<Vec3>& x, Factor& factor, double first_shift = 0.0);
 
+  // For others to copy: its order of elimination is dear to find.
+  const Factor& factor() const { return factor_; }
+
   // As last assembled.
   const TissueHessian& hessian() const { return hessian_; }
 
