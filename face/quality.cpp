@@ -11,10 +11,13 @@ void FaceQuality::apply(HeadOptions& head, TissueModel& tissue, SettleOptions& s
 }
 
 const std::vector<FaceQuality>& face_qualities() {
-  static const std::vector<FaceQuality> qualities{{"draft", 300, true, 1e-2},
-                                                  {"standard", 300, false, 1e-4},
-                                                  {"fine", 1000, false, 1e-4},
-                                                  {"reference", 4000, false, 1e-6}};
+  static const std::vector<FaceQuality> qualities{
+      {"draft", 300, true, 1e-2, 0.92},
+      {"between draft and standard", 500, true, 1e-2, 0.65},
+      {"standard", 1000, true, 1e-2, 0.42},
+      {"fine", 2000, true, 1e-4, 0.24},
+      {"between fine and reference", 2000, false, 1e-4, 0.23},
+      {"reference", 4000, false, 1e-6, 0.0}};
   return qualities;
 }
 

@@ -15,11 +15,15 @@ struct FaceQuality {
   int surface_vertices = 300;  // of the lattice, about
   bool bi_layer = false;       // two layers of tissue instead of three
   double relative_residual = 1e-4;
+  // Of the skin against the reference, as measured with a smile, raised brows and an opening jaw
+  // (docs/results/tradeoff.csv); 0 for the reference.
+  double expected_rms_mm = 0.0;
 
   void apply(HeadOptions& head, TissueModel& tissue, SettleOptions& settle) const;
 };
 
-// From the quickest to the most accurate: draft, standard, fine, reference.
+// From the quickest to the most accurate. Four have names that users know: draft, standard, fine,
+// reference; those in between are for budgets.
 const std::vector<FaceQuality>& face_qualities();
 
 // Throws InputError naming the choices if there is none of that name.

@@ -187,7 +187,7 @@ Motion tradeoff_motion() {
 std::vector<TissueChoice> tissue_choices() {
   std::vector<TissueChoice> all;
   const auto add = [&](int vertices, bool bi, double residual, Solver solver = Solver::kImplicit) {
-    TissueChoice choice{"", {"", vertices, bi, residual}, solver};
+    TissueChoice choice{"", {"", vertices, bi, residual, 0.0}, solver};
     for (const FaceQuality& quality : face_qualities()) {
       if (quality.surface_vertices == vertices && quality.bi_layer == bi &&
           quality.relative_residual == residual && solver == Solver::kImplicit) {
@@ -252,15 +252,18 @@ void write_tradeoff_csv(const std::string& path, const Tradeoff& tradeoff) {
   };
   const auto line = [&](const TradeoffRow& row) {
     const FaceQuality& quality = row.choice.quality;
-    text += row.choice.name + "," + (quality.bi_layer ? "2" : "3") + "," +
-            std::to_string(quality.surface_vertices) + "," + std::to_string(row.num_nodes) + "," +
-            (row.choice.solver == Solver::kExplicit ? "explicit" : "equilibrium");
+    text += row.choice.name;
+    text += quality.bi_layer ? ",2" : ",3";
+    cell(quality.surface_vertices, 0);
+    cell(row.num_nodes, 0);
+    text += row.choice.solver == Solver::kExplicit ? ",explicit" : ",equilibrium";
     cell(quality.relative_residual, 8);
     cell(row.frame_ms, 3);
     cell(row.rms_mm, 4);
     cell(row.largest_mm, 4);
-    text += "," + std::to_string(row.frames_not_converged) + "," +
-            std::to_string(row.most_inverted_elements) + "," + (row.on_front ? "1" : "0") + "\n";
+    cell(row.frames_not_converged, 0);
+    cell(row.most_inverted_elements, 0);
+    text += row.on_front ? ",1\n" : ",0\n";
   };
   for (const TradeoffRow& row : tradeoff.rows) line(row);
   TradeoffRow reference;

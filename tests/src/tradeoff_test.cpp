@@ -23,7 +23,7 @@ Scene short_scene() {
 }
 
 TissueChoice choice(int vertices, bool bi_layer, double residual) {
-  return {"", {"", vertices, bi_layer, residual}, Solver::kImplicit};
+  return {"", {"", vertices, bi_layer, residual, 0.0}, Solver::kImplicit};
 }
 
 TEST(TradeoffTest, FinerIsCloserAndTheReferenceIsItself) {
