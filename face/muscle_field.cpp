@@ -95,6 +95,15 @@ void check_muscle(const Muscle& muscle) {
           name + "largest shortening must be in (0, 1]");
   require((muscle.emergence_mm - muscle.attachment_mm).norm() > 1e-3,
           name + "attachment and emergence coincide");
+  if (!muscle.ring) return;
+  const Ring& ring = *muscle.ring;
+  require(ring.forward.allFinite() && std::abs(ring.forward.norm() - 1.0) < 1e-6,
+          name + "forward direction must have length 1");
+  require(ring.aspect > 0.0 && ring.aspect <= 10.0, name + "aspect must be in (0, 10]");
+  require(ring.rim >= 0.0 && ring.rim < 1.0, name + "rim must be in [0, 1)");
+  require(std::abs(ring.along) <= 1.0 && std::abs(ring.across) <= 1.0,
+          name + "shares along and across must be in [-1, 1]");
+  require(std::isfinite(ring.forward_mm), name + "forward motion not finite");
 }
 
 // Normals of the head at large. Skin that turns inwards (inside of the lips, rims of the lids)
@@ -131,6 +140,93 @@ std::vector<Vec3> broad_normals(const SurfaceMesh& surface,
 Vec3 tangent_with_length(const Vec3& m, const Vec3& normal) {
   const Vec3 flat = m - m.dot(normal) * normal;
   return flat * (m.norm() / std::max(flat.norm(), 0.5 * m.norm()));
+}
+
+double smooth_step(double from, double to, double x) {
+  const double t = std::clamp((x - from) / (to - from), 0.0, 1.0);
+  return t * t * (3.0 - 2.0 * t);
+}
+
+// 1 up to the rim, 0 at the ellipse.
+double ring_blend(const Ring& ring, double r) {
+  if (r >= 1.0) return 0.0;
+  if (r <= ring.rim) return 1.0;
+  return 0.5 + 0.5 * std::cos(std::numbers::pi * (r - ring.rim) / (1.0 - ring.rim));
+}
+
+// The share of a halved ring at a place: in plane coordinates from its centre.
+double half_share(const Ring& ring, const Vec3& place_mm, double up_mm, Region region) {
+  constexpr double kSeam_mm = 8.0;
+  double share = 1.0;
+  if (ring.side != 0) share *= smooth_step(-kSeam_mm, kSeam_mm, ring.side * place_mm.x());
+  if (ring.flap != 0) {
+    const bool upper = region == Region::kUpperLip || region == Region::kUpperLid;
+    const bool lower = region == Region::kLowerLip || region == Region::kLowerLid;
+    if (upper || lower) return (upper ? ring.flap > 0 : ring.flap < 0) ? share : 0.0;
+    share *= smooth_step(-kSeam_mm, kSeam_mm, ring.flap * up_mm);
+  }
+  return share;
+}
+
+// Blend and displacement of every vertex at contraction 1.
+struct VertexPull {
+  std::vector<double> blend;
+  std::vector<Vec3> displacement_mm;
+};
+
+VertexPull pull_of_fibre(const Muscle& muscle,
+                         const Anatomy& anatomy,
+                         const std::vector<Vec3>& normal) {
+  const Vec3 m = muscle.emergence_mm - muscle.attachment_mm;
+  const std::vector<double> distance =
+      distance_along(anatomy.surface, muscle.attachment_mm, muscle.radius_mm);
+  const std::vector<char> spared = spared_vertices(anatomy, distance);
+  VertexPull pull{std::vector<double>(distance.size(), 0.0),
+                  std::vector<Vec3>(distance.size(), Vec3::Zero())};
+  for (std::size_t v = 0; v < distance.size(); ++v) {
+    if (spared[v] || !(distance[v] < muscle.radius_mm)) continue;
+    const double b = std::cos(0.5 * std::numbers::pi * distance[v] / muscle.radius_mm);
+    pull.blend[v] = b;
+    pull.displacement_mm[v] = muscle.largest_shortening * b * tangent_with_length(m, normal[v]);
+  }
+  return pull;
+}
+
+// `to` at the distance from the pivot that `from` has.
+Vec3 on_ball(const Vec3& from, const Vec3& to, const Vec3& pivot) {
+  return pivot + (to - pivot) * ((from - pivot).norm() / (to - pivot).norm());
+}
+
+VertexPull pull_of_ring(const Muscle& muscle,
+                        const Anatomy& anatomy,
+                        const std::vector<Vec3>& normal) {
+  constexpr double kDetour = 1.6;  // along the skin, against the way through the air
+  const Ring& ring = *muscle.ring;
+  const Vec3 end = muscle.emergence_mm - muscle.attachment_mm;
+  const Vec3 u = (end - end.dot(ring.forward) * ring.forward).normalized();
+  Vec3 v = ring.forward.cross(u);
+  if (v.y() < 0.0) v = -v;
+  const double reach = muscle.radius_mm * std::max(1.0, ring.aspect);
+  const std::vector<double> distance =
+      distance_along(anatomy.surface, muscle.attachment_mm, kDetour * reach);
+  VertexPull pull{std::vector<double>(distance.size(), 0.0),
+                  std::vector<Vec3>(distance.size(), Vec3::Zero())};
+  for (std::size_t k = 0; k < distance.size(); ++k) {
+    if (!std::isfinite(distance[k])) continue;
+    const Vec3& x = anatomy.surface.positions_mm[k];
+    const Vec3 p = x - muscle.attachment_mm;
+    const double pu = p.dot(u);
+    const double pv = p.dot(v);
+    const double r = std::hypot(pu, pv / ring.aspect) / muscle.radius_mm;
+    const double b = ring_blend(ring, r) * half_share(ring, x, pv, anatomy.region[k]);
+    if (b <= 0.0) continue;
+    const Vec3 squeeze = -ring.along * pu * u - ring.across * pv * v;
+    Vec3 d = muscle.largest_shortening * b * squeeze;
+    d = ring.pivot_mm ? on_ball(x, x + d, *ring.pivot_mm) - x : tangent_with_length(d, normal[k]);
+    pull.blend[k] = b;
+    pull.displacement_mm[k] = d + b * ring.forward_mm * ring.forward;
+  }
+  return pull;
 }
 
 // Dijkstra over the vertices, with the unfolded wave as the length of a step.
@@ -196,8 +292,43 @@ std::vector<double> distance_along(const SurfaceMesh& surface,
 }
 
 double fold_measure(const Muscle& muscle) {
-  const double length = (muscle.emergence_mm - muscle.attachment_mm).norm();
-  return muscle.largest_shortening * length * std::numbers::pi / (2.0 * muscle.radius_mm);
+  if (!muscle.ring) {
+    const double length = (muscle.emergence_mm - muscle.attachment_mm).norm();
+    return muscle.largest_shortening * length * std::numbers::pi / (2.0 * muscle.radius_mm);
+  }
+  // On an axis p goes to p (1 - s b), whose slope is 1 - s (b + r db/dr).
+  constexpr int kSamples = 64;
+  double most = 0.0;
+  for (int k = 0; k < kSamples; ++k) {
+    const double r0 = static_cast<double>(k) / kSamples;
+    const double r1 = static_cast<double>(k + 1) / kSamples;
+    const double slope =
+        kSamples * (r1 * ring_blend(*muscle.ring, r1) - r0 * ring_blend(*muscle.ring, r0));
+    most = std::max({most, muscle.ring->along * slope, muscle.ring->across * slope});
+  }
+  return muscle.largest_shortening * most;
+}
+
+int num_folded(const SurfaceMesh& surface,
+               const MuscleField& field,
+               const std::vector<double>& contraction) {
+  std::vector<Vec3> target = surface.positions_mm;
+  for (std::size_t m = 0; m < contraction.size(); ++m) {
+    for (const MusclePull& pull : field.pulls[m]) {
+      // Columns of a lattice of prisms are the vertices.
+      if (pull.column < static_cast<int>(target.size())) {
+        target[pull.column] += contraction[m] * pull.displacement_mm;
+      }
+    }
+  }
+  const auto area = [](const std::vector<Vec3>& x, const Triangle& t) -> Vec3 {
+    return (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]);
+  };
+  int folded = 0;
+  for (const Triangle& t : surface.triangles) {
+    folded += area(target, t).dot(area(surface.positions_mm, t)) <= 0.0;
+  }
+  return folded;
 }
 
 MuscleField make_muscle_field(const Anatomy& anatomy, const Lattice& lattice) {
@@ -206,23 +337,14 @@ MuscleField make_muscle_field(const Anatomy& anatomy, const Lattice& lattice) {
   field.hold.assign(lattice.columns.size(), 0.0);
   for (const Muscle& muscle : anatomy.muscles) {
     check_muscle(muscle);
-    const Vec3 m = muscle.emergence_mm - muscle.attachment_mm;
-    const std::vector<double> distance =
-        distance_along(anatomy.surface, muscle.attachment_mm, muscle.radius_mm);
-    const std::vector<char> spared = spared_vertices(anatomy, distance);
-    std::vector<double> blend(distance.size(), 0.0);
-    std::vector<Vec3> displacement(distance.size(), Vec3::Zero());
-    for (std::size_t v = 0; v < distance.size(); ++v) {
-      if (spared[v] || !(distance[v] < muscle.radius_mm)) continue;
-      blend[v] = std::cos(0.5 * std::numbers::pi * distance[v] / muscle.radius_mm);
-      displacement[v] = muscle.largest_shortening * blend[v] * tangent_with_length(m, normal[v]);
-    }
+    const VertexPull pull = muscle.ring ? pull_of_ring(muscle, anatomy, normal)
+                                        : pull_of_fibre(muscle, anatomy, normal);
     std::vector<MusclePull> pulls;
     for (std::size_t c = 0; c < lattice.columns.size(); ++c) {
       const Column& column = lattice.columns[c];
-      const double b = lattice.below(blend, column);
+      const double b = lattice.below(pull.blend, column);
       if (!column.on_bone || b <= 0.0) continue;
-      pulls.push_back({static_cast<int>(c), b, lattice.below(displacement, column)});
+      pulls.push_back({static_cast<int>(c), b, lattice.below(pull.displacement_mm, column)});
       field.hold[c] = std::max(field.hold[c], b);
     }
     require(!pulls.empty(), "muscle " + muscle.name + ": reaches no vertex of the surface");

@@ -49,7 +49,7 @@ class SimulateCommand : public Command {
   std::string example() const override {
     return "samples/smile.json -o result --with inertia --picture smile.png";
   }
-  int rank() const override { return 6; }
+  int rank() const override { return 7; }
   void declare(OptionSink& options) override {
     options.positional("SCENE", scene_path_, "a scene file (JSON, docs/formats.md)");
     options.text("-o,--output", folder_, "FOLDER", "where the results go; made if missing");
