@@ -278,7 +278,8 @@ TEST_F(HC27, EveryMuscleAloneAtOneInvertsNothing) {
     most_steps = std::max(most_steps, report.iterations);
     worst_change = std::max(worst_change, report.mean_volume_change);
   }
-  record("each of the 18 muscles alone at 1, default head of 500 vertices",
+  record("each of the " + std::to_string(head->muscles.size()) +
+             " muscles alone at 1, default head of 500 vertices",
          "all converge, within " + std::to_string(most_steps) +
              " steps, 0 inverted, mean |dV| up to " + figure(100.0 * worst_change) + " %",
          "converges, 0 inverted");
@@ -289,12 +290,11 @@ TEST_F(HC27, BasicExpressionsInvertNothing) {
   Simulator simulator(head);
   for (const Expression& expression : basic_expressions()) {
     FaceState state = simulator.rest();
-    const SettleReport report =
-        simulator.settle(with(*head, expression.pulls, expression.jaw_rad), state);
+    const SettleReport report = simulator.settle(controls_of(expression.pose, *head), state);
     EXPECT_TRUE(report.converged) << expression.name;
     EXPECT_EQ(report.inverted_elements, 0)
         << expression.name << ": " << inverted_elements(simulator.lattice(), state.positions_mm);
-    record(expression.name + ", default head of 500 vertices",
+    record(expression.name + " (" + expression.units + "), default head of 500 vertices",
            describe(report),
            "converges, 0 inverted");
   }

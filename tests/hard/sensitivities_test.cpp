@@ -279,7 +279,7 @@ TEST_F(HC37, TwoPathsToTheSameExpression) {
   Simulator simulator(head, {}, options);
   for (const Expression& expression : basic_expressions()) {
     if (!long_tests() && expression.name != "fear" && expression.name != "disgust") continue;
-    const Controls goal = with(*head, expression.pulls, expression.jaw_rad);
+    const Controls goal = controls_of(expression.pose, *head);
     FaceState direct = simulator.rest();
     EXPECT_TRUE(simulator.settle(goal, direct).converged) << expression.name;
     // One muscle after the other, after all of another expression.

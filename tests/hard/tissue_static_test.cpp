@@ -350,6 +350,10 @@ Anatomy mirrored(Anatomy anatomy) {
   for (Muscle& muscle : anatomy.muscles) {
     muscle.attachment_mm = mirrored(muscle.attachment_mm);
     muscle.emergence_mm = mirrored(muscle.emergence_mm);
+    if (!muscle.ring) continue;
+    muscle.ring->forward = mirrored(muscle.ring->forward);
+    muscle.ring->side = -muscle.ring->side;
+    if (muscle.ring->pivot_mm) muscle.ring->pivot_mm = mirrored(*muscle.ring->pivot_mm);
   }
   return anatomy;
 }
