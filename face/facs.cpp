@@ -117,14 +117,14 @@ void take_prefix(std::string_view& rest, const std::string& where, Token& token)
 
 double take_intensity(std::string_view rest, const std::string& where) {
   if (rest.empty()) return 1.0;
-  if (rest.size() == 1 && rest[0] >= 'A' && rest[0] <= 'E') return 0.2 * (rest[0] - 'A' + 1);
+  if (rest.size() == 1 && rest[0] >= 'A' && rest[0] <= 'E') return (rest[0] - 'A' + 1) / 5.0;
   double percent = 0.0;
   std::string_view number = rest;
   if (number.starts_with(':')) {
     number.remove_prefix(1);
     if (take_number(number, percent) && number == "%") {
       require_range(where + ": intensity in %", percent, 0.0, 100.0);
-      return 0.01 * percent;
+      return percent / 100.0;
     }
   }
   throw InputError(where + ": intensity " + quoted(rest) +

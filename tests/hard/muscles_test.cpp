@@ -23,10 +23,11 @@ using HC29 = testing::Test;  // comparing a NaN with anything is trapped already
 using HC31 = Trapped;
 using HC33 = Trapped;
 
-// Muscles whose contraction 1 is the factor `raw` of equation (3), their radius this share of
+// Fibres whose contraction 1 is the factor `raw` of equation (3), their radius this share of
 // their length.
 Anatomy with_raw_muscles(Anatomy anatomy, double raw, double radius_share) {
   for (Muscle& muscle : anatomy.muscles) {
+    if (muscle.ring) continue;
     muscle.largest_shortening = raw;
     muscle.radius_mm = radius_share * (muscle.emergence_mm - muscle.attachment_mm).norm();
   }

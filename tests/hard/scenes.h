@@ -86,10 +86,13 @@ inline Controls smile(const Anatomy& anatomy, double contraction) {
   return with(anatomy, {{"zygomaticus_major", contraction}});
 }
 
-// Contractions 0 to `strongest`, jaw 0 to 0.2 rad.
+// About a third of the muscles, contractions 0 to `strongest`, jaw 0 to 0.2 rad.
 inline Controls random_controls(const Anatomy& anatomy, double strongest, Random& random) {
   Controls controls = at_rest(anatomy);
-  for (double& c : controls.contraction) c = 0.5 * strongest * (1.0 + random.next());
+  for (double& c : controls.contraction) {
+    const bool takes_part = random.next() < -1.0 / 3.0;
+    c = takes_part ? 0.5 * strongest * (1.0 + random.next()) : 0.0;
+  }
   controls.jaw_rad = 0.1 * (1.0 + random.next());
   return controls;
 }
