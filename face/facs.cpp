@@ -281,6 +281,7 @@ const std::vector<ActionUnit>& action_units() {
        "nose wrinkler",
        "vertical",
        {{"levator_labii_superioris_alaeque_nasi", 1.0},
+        {"levator_labii_superioris", 0.4},
         {"procerus", 0.7},
         {"corrugator_supercilii", 0.3}}},
       {10, "upper lip raiser", "vertical", {{"levator_labii_superioris", 1.0}}},

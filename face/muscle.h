@@ -12,7 +12,7 @@
 // The rings around mouth and eyes pull towards an axis instead of a bone (Waters 1987): with p the
 // place relative to the ring's centre, u along it and v across it,
 //
-//   m_ij = - along (p.u) u - across (p.v) v + forward f
+//   m_ij = - along (p.u) u - across (p.v) v,    and f forward,
 //
 // and b_ij is 1 inside of the rim and falls to 0, as a raised cosine, on the ellipse of half
 // length a. Of two lips that touch, both sides of the slit go to the same place: a ring cannot
@@ -46,6 +46,8 @@ struct Muscle {
   Vec3 emergence_mm;              // bone end m^e
   double radius_mm = 0.0;         // a: radius of influence, along the skin
   double largest_shortening = 0;  // s: share of ||m|| at contraction 1
+  double scalp_share = 0.0;  // of its pull, by which the scalp gives way where that is the other
+                             // end; 0 = bone
   std::optional<Ring> ring = std::nullopt;
 };
 

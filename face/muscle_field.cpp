@@ -8,6 +8,7 @@
 #include <queue>
 #include <string>
 
+#include "face/muscle_ring.h"
 #include "src/base/check.h"
 
 namespace zygoma {
@@ -94,6 +95,8 @@ void check_muscle(const Muscle& muscle) {
           name + "largest shortening must be in (0, 1]");
   require((muscle.emergence_mm - muscle.attachment_mm).norm() > 1e-3,
           name + "attachment and emergence coincide");
+  require(muscle.scalp_share >= 0.0 && muscle.scalp_share <= 1.0,
+          name + "scalp share must be in [0, 1]");
   if (!muscle.ring) return;
   const Ring& ring = *muscle.ring;
   require(ring.forward.allFinite() && std::abs(ring.forward.norm() - 1.0) < 1e-6,
@@ -140,97 +143,28 @@ std::vector<Vec3> broad_normals(const SurfaceMesh& surface) {
   return broad;
 }
 
-// m turned into the plane across `normal`, length kept; a muscle that would run straight into the
-// bone is stretched to at most twice its shadow.
-Vec3 tangent_with_length(const Vec3& m, const Vec3& normal) {
-  const Vec3 flat = m - m.dot(normal) * normal;
-  return flat * (m.norm() / std::max(flat.norm(), 0.5 * m.norm()));
-}
-
-double smooth_step(double from, double to, double x) {
-  const double t = std::clamp((x - from) / (to - from), 0.0, 1.0);
-  return t * t * (3.0 - 2.0 * t);
-}
-
-// 1 up to the rim, 0 at the ellipse.
-double ring_blend(const Ring& ring, double r) {
-  if (r >= 1.0) return 0.0;
-  if (r <= ring.rim) return 1.0;
-  return 0.5 + 0.5 * std::cos(std::numbers::pi * (r - ring.rim) / (1.0 - ring.rim));
-}
-
-// The share of a halved ring at a place: in plane coordinates from its centre.
-double half_share(const Ring& ring, const Vec3& place_mm, double up_mm, Region region) {
-  constexpr double kSeam_mm = 8.0;
-  double share = 1.0;
-  if (ring.side != 0) share *= smooth_step(-kSeam_mm, kSeam_mm, ring.side * place_mm.x());
-  if (ring.flap != 0) {
-    const bool upper = region == Region::kUpperLip || region == Region::kUpperLid;
-    const bool lower = region == Region::kLowerLip || region == Region::kLowerLid;
-    if (upper || lower) return (upper ? ring.flap > 0 : ring.flap < 0) ? share : 0.0;
-    share *= smooth_step(-kSeam_mm, kSeam_mm, ring.flap * up_mm);
-  }
-  return share;
-}
-
-// Blend and displacement of every vertex at contraction 1.
-struct VertexPull {
-  std::vector<double> blend;
-  std::vector<Vec3> displacement_mm;
-};
-
+// A fibre pulls its skin end towards the bone. Where its other end is no bone but the scalp, that
+// comes a little towards the skin end too.
 VertexPull pull_of_fibre(const Muscle& muscle,
                          const Anatomy& anatomy,
-                         const std::vector<Vec3>& normal) {
+                         const std::vector<Vec3>& normal,
+                         const std::vector<double>& distinct) {
   const Vec3 m = muscle.emergence_mm - muscle.attachment_mm;
-  const std::vector<double> distance =
-      distance_along(anatomy.surface, muscle.attachment_mm, muscle.radius_mm);
-  const std::vector<char> spared = spared_vertices(anatomy, distance);
-  VertexPull pull{std::vector<double>(distance.size(), 0.0),
-                  std::vector<Vec3>(distance.size(), Vec3::Zero())};
-  for (std::size_t v = 0; v < distance.size(); ++v) {
-    if (spared[v] || !(distance[v] < muscle.radius_mm)) continue;
-    const double b = std::cos(0.5 * std::numbers::pi * distance[v] / muscle.radius_mm);
-    pull.blend[v] = b;
-    pull.displacement_mm[v] = muscle.largest_shortening * b * tangent_with_length(m, normal[v]);
-  }
-  return pull;
-}
-
-// `to` at the distance from the pivot that `from` has.
-Vec3 on_ball(const Vec3& from, const Vec3& to, const Vec3& pivot) {
-  return pivot + (to - pivot) * ((from - pivot).norm() / (to - pivot).norm());
-}
-
-VertexPull pull_of_ring(const Muscle& muscle,
-                        const Anatomy& anatomy,
-                        const std::vector<Vec3>& normal) {
-  constexpr double kDetour = 1.6;  // along the skin, against the way through the air
-  const Ring& ring = *muscle.ring;
-  const Vec3 end = muscle.emergence_mm - muscle.attachment_mm;
-  const Vec3 u = (end - end.dot(ring.forward) * ring.forward).normalized();
-  Vec3 v = ring.forward.cross(u);
-  if (v.y() < 0.0) v = -v;
-  const double reach = muscle.radius_mm * std::max(1.0, ring.aspect);
-  const std::vector<double> distance =
-      distance_along(anatomy.surface, muscle.attachment_mm, kDetour * reach);
-  VertexPull pull{std::vector<double>(distance.size(), 0.0),
-                  std::vector<Vec3>(distance.size(), Vec3::Zero())};
-  for (std::size_t k = 0; k < distance.size(); ++k) {
-    if (!std::isfinite(distance[k])) continue;
-    const Vec3& x = anatomy.surface.positions_mm[k];
-    const Vec3 p = x - muscle.attachment_mm;
-    const double pu = p.dot(u);
-    const double pv = p.dot(v);
-    const double r = std::hypot(pu, pv / ring.aspect) / muscle.radius_mm;
-    const double b = ring_blend(ring, r) * half_share(ring, x, pv, anatomy.region[k]);
-    if (b <= 0.0) continue;
-    const Vec3 squeeze = -ring.along * pu * u - ring.across * pv * v;
-    Vec3 d = muscle.largest_shortening * b * squeeze;
-    d = ring.pivot_mm ? on_ball(x, x + d, *ring.pivot_mm) - x : tangent_with_length(d, normal[k]);
-    pull.blend[k] = b;
-    pull.displacement_mm[k] = d + b * ring.forward_mm * ring.forward;
-  }
+  VertexPull pull(normal.size());
+  const auto add = [&](const Vec3& end_mm, double share) {
+    const std::vector<double> distance = distance_along(anatomy.surface, end_mm, muscle.radius_mm);
+    const std::vector<char> spared = spared_vertices(anatomy, distance);
+    for (std::size_t v = 0; v < distance.size(); ++v) {
+      if (!(distance[v] < muscle.radius_mm)) continue;
+      const double reached = spared[v] ? 1.0 - distinct[v] : 1.0;
+      const double b = std::cos(0.5 * std::numbers::pi * distance[v] / muscle.radius_mm) * reached;
+      pull.blend[v] = std::max(pull.blend[v], std::abs(share) * b);
+      pull.displacement_mm[v] +=
+          share * muscle.largest_shortening * b * tangent_with_length(m, normal[v]);
+    }
+  };
+  add(muscle.attachment_mm, 1.0);
+  if (muscle.scalp_share > 0.0) add(muscle.emergence_mm, -muscle.scalp_share);
   return pull;
 }
 
@@ -338,12 +272,13 @@ int num_folded(const SurfaceMesh& surface,
 
 MuscleField make_muscle_field(const Anatomy& anatomy, const Lattice& lattice) {
   const std::vector<Vec3> normal = broad_normals(anatomy.surface);
+  const std::vector<double> distinct = distinct_flaps(anatomy, lattice.neighbors);
   MuscleField field;
   field.hold.assign(lattice.columns.size(), 0.0);
   for (const Muscle& muscle : anatomy.muscles) {
     check_muscle(muscle);
-    const VertexPull pull = muscle.ring ? pull_of_ring(muscle, anatomy, normal)
-                                        : pull_of_fibre(muscle, anatomy, normal);
+    const VertexPull pull = muscle.ring ? pull_of_ring(muscle, anatomy, normal, distinct)
+                                        : pull_of_fibre(muscle, anatomy, normal, distinct);
     std::vector<MusclePull> pulls;
     for (std::size_t c = 0; c < lattice.columns.size(); ++c) {
       const Column& column = lattice.columns[c];

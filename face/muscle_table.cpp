@@ -17,15 +17,16 @@ struct TableRow {
   double emergence_xy_mm[2];   // bone end
   double radius_mm;            // influence along the skin
   double pull_mm;              // displacement asked for at contraction 1
+  double scalp_share = 0.0;    // of it, by which the other end comes down
 };
 
 constexpr std::array<TableRow, 21> kTable{{
     {"zygomaticus_major", {28.0, -77.0}, {60.0, -36.0}, 30.0, 14.0},
-    {"levator_labii_superioris_alaeque_nasi", {16.0, -43.0}, {10.0, -10.0}, 18.0, 8.0},
+    {"levator_labii_superioris_alaeque_nasi", {18.0, -45.0}, {12.0, -10.0}, 26.0, 9.5},
     {"levator_labii_superioris", {18.0, -66.0}, {23.0, -17.0}, 22.0, 9.0},
-    {"occipitofrontalis_inner", {11.0, 17.0}, {9.0, 56.0}, 24.0, 10.0},
-    {"occipitofrontalis_major", {34.0, 18.0}, {34.0, 58.0}, 26.0, 10.0},
-    {"occipitofrontalis_outer", {53.0, 20.0}, {56.0, 50.0}, 23.0, 9.0},
+    {"occipitofrontalis_inner", {11.0, 17.0}, {9.0, 62.0}, 24.0, 10.0, 0.25},
+    {"occipitofrontalis_major", {34.0, 18.0}, {34.0, 62.0}, 26.0, 10.0, 0.25},
+    {"occipitofrontalis_outer", {53.0, 20.0}, {56.0, 50.0}, 23.0, 9.0, 0.2},
     {"corrugator_supercilii", {20.0, 18.0}, {4.0, 6.0}, 20.0, 7.0},
     {"depressor_anguli_oris", {28.0, -79.0}, {33.0, -104.0}, 30.0, 9.0},
     {"depressor_labii_inferioris", {12.0, -85.0}, {17.0, -106.0}, 18.0, 7.0},
@@ -33,11 +34,11 @@ constexpr std::array<TableRow, 21> kTable{{
     {"levator_anguli_oris", {27.0, -75.0}, {21.0, -36.0}, 22.0, 8.0},
     {"risorius", {29.0, -77.0}, {66.0, -72.0}, 28.0, 10.0},
     {"buccinator", {30.0, -76.0}, {58.0, -70.0}, 18.0, 6.0},
-    {"mentalis", {7.0, -111.0}, {5.0, -90.0}, 20.0, 8.0},
+    {"mentalis", {7.0, -112.0}, {5.0, -90.0}, 24.0, 5.5},
     {"platysma", {32.0, -92.0}, {50.0, -146.0}, 34.0, 9.0},
     {"incisivus_labii_superioris", {24.0, -73.0}, {7.0, -64.0}, 22.0, 7.0},
     {"incisivus_labii_inferioris", {24.0, -80.0}, {7.0, -90.0}, 22.0, 7.0},
-    {"procerus", {5.0, 18.0}, {3.0, -10.0}, 18.0, 6.0},
+    {"procerus", {5.0, 18.0}, {3.0, -10.0}, 20.0, 4.5},
     {"depressor_supercilii", {13.0, 16.0}, {9.0, 0.0}, 16.0, 5.0},
     {"nasalis_alar", {16.0, -46.0}, {24.0, -56.0}, 10.0, 3.0},
     {"nasalis_transverse", {15.0, -40.0}, {2.0, -30.0}, 11.0, 3.0},
@@ -85,7 +86,17 @@ constexpr std::array<RingRow, 7> kRings{{
      -1,
      false},
     {"orbicularis_oculi_orbital", {31.5, -3}, {70, -2}, 0.9, 0.3, 0.22, 0.5, 1.0, 0.0, 0, true},
-    {"orbicularis_oculi_palpebral", {31.5, -3.2}, {52, -2}, 0.9, 0.4, 0.97, 0.0, 1.0, 0.0, 0, true},
+    {"orbicularis_oculi_palpebral",
+     {31.5, -2.8},
+     {52, -1.4},
+     0.9,
+     0.4,
+     0.98,
+     0.0,
+     1.0,
+     0.0,
+     0,
+     true},
     {"levator_palpebrae_superioris",
      {31.5, -3.2},
      {52, -2},
@@ -180,6 +191,7 @@ Muscle fibre_from(const TableRow& row,
   muscle.radius_mm = row.radius_mm * scale;
   muscle.largest_shortening =
       row.pull_mm * scale / (muscle.emergence_mm - muscle.attachment_mm).norm();
+  muscle.scalp_share = row.scalp_share;
   return muscle;
 }
 
