@@ -65,7 +65,9 @@ double mandible_weight(const HeadShape& shape, const DomainPoint& point) {
     const double line = shape.mouth_rim(std::min(x, corner), 0);
     const bool below = point.rim == Rim::kMouth ? point.side < 0 : y < line;
     if (point.rim == Rim::kMouth && point.side == 0) return 0.5 * neck;
-    return below ? neck : 0.0;
+    // The lower lip stretches towards the upper one and lags behind the teeth.
+    const double lag = 0.1 * smooth_step(-90.0, -70.0, y);
+    return below ? neck * (1.0 - lag) : 0.0;
   }
   const double rise = std::min(x - corner, 60.0);
   const double line = shape.mouth_rim(corner, +1) + 0.42 * rise;

@@ -2,12 +2,13 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "src/pipeline/animate_face.h"
+#include "src/render/camera.h"
 
 namespace zygoma {
 namespace {
 
 constexpr int kMargin_px = 6;
+constexpr double kTileHeight_mm = 215.0;  // hairline to throat
 
 void write_line(cv::Mat& sheet,
                 const std::string& text,
@@ -42,6 +43,7 @@ cv::Mat contact_sheet(const Scene& scene,
                 cv::Scalar(38, 35, 32));
   Simulator simulator = make_simulator(scene, anatomy);
   Renderer renderer(anatomy, options.render);
+  const Camera camera = make_camera(tile_width, tile_height, {0.0, -28.0, 0.0}, kTileHeight_mm);
   std::vector<Vec3> skin_mm;
   cv::Mat tile;
   observer.begin("sheet", static_cast<int>(entries.size()));
@@ -54,7 +56,7 @@ cv::Mat contact_sheet(const Scene& scene,
     if (!settled.converged) report.not_converged.push_back(entry.title);
     if (settled.inverted_elements > 0) report.inverted.push_back(entry.title);
     embed_skin(*anatomy, state, skin_mm);
-    renderer.render(skin_mm, controls.jaw_rad, face_camera(tile_width, tile_height), tile);
+    renderer.render(skin_mm, controls.jaw_rad, camera, tile);
     const cv::Point corner(
         kMargin_px + i % options.num_columns * (tile_width + kMargin_px),
         kMargin_px + i / options.num_columns * (tile_height + label + kMargin_px));
