@@ -1,4 +1,4 @@
-// Muscles and jaw: HC-22 to HC-29, HC-31, HC-33.
+// Muscles and jaw: HC-22 to HC-31, HC-33.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -19,6 +19,7 @@ using HC25 = Trapped;
 using HC26 = Trapped;
 using HC27 = Trapped;
 using HC28 = Trapped;
+using HC30 = Trapped;
 using HC29 = testing::Test;  // comparing a NaN with anything is trapped already
 using HC31 = Trapped;
 using HC33 = Trapped;
@@ -395,6 +396,113 @@ TEST_F(HC29, AMuscleThatCannotPullIsNamed) {
       "each rejected, with the name of the muscle",
       "rejected with a message that names the muscle",
       Outcome::kRefused);
+}
+
+// Lowest height of the upper lip's rim over the lower lip's, where the two touch at rest.
+double lowest_lip_gap_mm(const Anatomy& anatomy, const FaceState& state) {
+  constexpr double kTouching_mm = 1.0;
+  const std::vector<Vec3>& rest = anatomy.surface.positions_mm;
+  double lowest = 1e30;
+  for (std::size_t u = 0; u < rest.size(); ++u) {
+    if (anatomy.region[u] != Region::kUpperLip) continue;
+    for (std::size_t l = 0; l < rest.size(); ++l) {
+      const bool touch =
+          anatomy.region[l] == Region::kLowerLip && (rest[u] - rest[l]).norm() < kTouching_mm;
+      if (!touch) continue;
+      lowest = std::min(lowest, state.positions_mm[u].y() - state.positions_mm[l].y());
+    }
+  }
+  return lowest;
+}
+
+TEST_F(HC30, LipsOfAPursedOrPressedMouthDoNotCross) {
+  const auto head = generic_head(500);
+  Simulator simulator(head);
+  const double rest_gap_mm = lowest_lip_gap_mm(*head, simulator.rest());
+  const std::vector<std::pair<std::string, std::vector<Pull>>> cases{
+      {"both rings of the mouth, peripheral parts",
+       {{"orbicularis_oris_superior", 1.0}, {"orbicularis_oris_inferior", 1.0}}},
+      {"both rings of the mouth, marginal parts",
+       {{"orbicularis_oris_marginal_superior", 1.0}, {"orbicularis_oris_marginal_inferior", 1.0}}},
+      {"the upper rings alone",
+       {{"orbicularis_oris_superior", 1.0}, {"orbicularis_oris_marginal_superior", 1.0}}},
+      {"the lower rings alone",
+       {{"orbicularis_oris_inferior", 1.0}, {"orbicularis_oris_marginal_inferior", 1.0}}}};
+  for (const auto& [name, pulls] : cases) {
+    FaceState state = simulator.rest();
+    const SettleReport report = simulator.settle(with(*head, pulls), state);
+    EXPECT_TRUE(report.converged) << name;
+    EXPECT_EQ(report.inverted_elements, 0) << name;
+    const double gap_mm = lowest_lip_gap_mm(*head, state);
+    EXPECT_GT(gap_mm, -0.1) << name;
+    record(name + " at 1, default head of 500 vertices",
+           describe(report) + "; upper lip at least " + figure(gap_mm) +
+               " mm above the lower one (" + figure(rest_gap_mm) + " at rest)",
+           "lips do not interpenetrate (0.1 mm)",
+           gap_mm > -0.1 ? Outcome::kHolds : Outcome::kOpen);
+  }
+}
+
+struct Eyeball {
+  Vec3 centre_mm;
+  double radius_mm;
+};
+
+Eyeball left_eyeball(const Anatomy& anatomy) {
+  for (const RigidPart& part : anatomy.rigid_parts) {
+    if (part.name != "eyeball_left") continue;
+    Vec3 low = part.mesh.positions_mm.front();
+    Vec3 high = low;
+    for (const Vec3& p : part.mesh.positions_mm) {
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+    // The cornea bulges: the ball's radius is that across.
+    const double radius = 0.5 * (high.x() - low.x());
+    return {{0.5 * (low.x() + high.x()), 0.5 * (low.y() + high.y()), high.z() - radius}, radius};
+  }
+  return {};
+}
+
+TEST_F(HC30, LidsCloseAndStayInFrontOfTheEye) {
+  const auto head = generic_head(500);
+  const Eyeball eye = left_eyeball(*head);
+  ASSERT_GT(eye.radius_mm, 5.0);
+  Simulator simulator(head);
+  FaceState state = simulator.rest();
+  double deepest_mm = 0.0;  // that a lid went towards the eyeball and ended up inside
+  double opening_mm = 0.0;
+  SettleReport report;
+  for (const double c : {0.2, 0.4, 0.6, 0.8, 1.0}) {
+    report = simulator.settle(
+        with(*head, {{"orbicularis_oculi_palpebral", c}, {"orbicularis_oculi_orbital", c}}), state);
+    EXPECT_TRUE(report.converged) << c;
+    double highest_lower = -1e30;
+    double lowest_upper = 1e30;
+    for (std::size_t v = 0; v < head->region.size(); ++v) {
+      const bool upper = head->region[v] == Region::kUpperLid;
+      const bool lid = upper || head->region[v] == Region::kLowerLid;
+      const Vec3& rest = head->surface.positions_mm[v];
+      if (!lid || rest.x() < 0.0) continue;
+      const double was = (rest - eye.centre_mm).norm();
+      const double is = (state.positions_mm[v] - eye.centre_mm).norm();
+      deepest_mm = std::max(deepest_mm, std::min(was, eye.radius_mm) - is);
+      const bool middle = std::abs(rest.x() - eye.centre_mm.x()) < 6.0;
+      if (!middle) continue;
+      double& edge = upper ? lowest_upper : highest_lower;
+      edge = upper ? std::min(edge, state.positions_mm[v].y())
+                   : std::max(edge, state.positions_mm[v].y());
+    }
+    opening_mm = lowest_upper - highest_lower;
+  }
+  EXPECT_EQ(report.inverted_elements, 0);
+  EXPECT_LT(deepest_mm, 0.5);
+  EXPECT_LT(opening_mm, 0.5);
+  EXPECT_GT(opening_mm, -2.5);
+  record("both rings of the eyes, 0 to 1 in steps of 0.2, default head of 500 vertices",
+         describe(report) + "; opening " + figure(opening_mm) + " mm, lids at most " +
+             figure(deepest_mm) + " mm deeper in the eyeball than at rest",
+         "lids close without crossing the eyeball (0.5 mm)");
 }
 
 TEST_F(HC31, JawOpensAndReturnsAndIsRefusedBeyond) {
