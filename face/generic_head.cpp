@@ -46,7 +46,7 @@ double tissue_depth(const DomainPoint& point, const Vec2& front) {
   }
   double depth = sum / total;
   if (point.rim == Rim::kMouth) depth = 3.0;
-  if (point.rim == Rim::kEye) depth = 1.6;
+  if (point.rim == Rim::kEye) depth = 1.4;  // thin: a lid goes where its muscle takes it
   // Thinner towards the outline of the head.
   const double x = std::abs(point.at_mm.x());
   const double border = std::min({172.0 - x, point.at_mm.y() + 172.0, 203.0 - point.at_mm.y()});

@@ -14,9 +14,9 @@
 //
 //   m_ij = - along (p.u) u - across (p.v) v,    and f forward,
 //
-// and b_ij is 1 inside of the rim and falls to 0, as a raised cosine, on the ellipse of half
-// length a. Of two lips that touch, both sides of the slit go to the same place: a ring cannot
-// push one through the other.
+// and b_ij is 1 at the rim and falls to 0, as a raised cosine, inwards on the hole and outwards on
+// the ellipse of half length a. Of two lips that touch, both sides of the slit go to the same
+// place: a ring cannot push one through the other.
 #pragma once
 
 #include <optional>
@@ -30,7 +30,8 @@ namespace zygoma {
 struct Ring {
   Vec3 forward = Vec3::UnitZ();  // across the plane of the ring, outwards
   double aspect = 1.0;           // half width / half length
-  double rim = 0.3;              // share of the ellipse inside of which all moves in full, [0, 1)
+  double hole = 0.0;             // shares of the ellipse: nothing moves within the hole, all moves
+  double rim = 0.3;              // in full at the rim; 0 = no hole. hole < rim < 1
   double along = 1.0;            // shares of s by which it narrows, [-1, 1]; negative: widens
   double across = 1.0;
   double forward_mm = 0.0;  // f s: of the rim, at contraction 1

@@ -102,7 +102,8 @@ void check_muscle(const Muscle& muscle) {
   require(ring.forward.allFinite() && std::abs(ring.forward.norm() - 1.0) < 1e-6,
           name + "forward direction must have length 1");
   require(ring.aspect > 0.0 && ring.aspect <= 10.0, name + "aspect must be in (0, 10]");
-  require(ring.rim >= 0.0 && ring.rim < 1.0, name + "rim must be in [0, 1)");
+  require(ring.hole >= 0.0 && ring.hole < ring.rim && ring.rim < 1.0,
+          name + "hole and rim must be in order, in [0, 1)");
   require(std::abs(ring.along) <= 1.0 && std::abs(ring.across) <= 1.0,
           name + "shares along and across must be in [-1, 1]");
   require(std::isfinite(ring.forward_mm), name + "forward motion not finite");
@@ -248,9 +249,13 @@ double fold_measure(const Muscle& muscle) {
   return muscle.largest_shortening * most;
 }
 
-int num_folded(const SurfaceMesh& surface,
+int num_folded(const Anatomy& anatomy,
                const MuscleField& field,
                const std::vector<double>& contraction) {
+  const SurfaceMesh& surface = anatomy.surface;
+  const auto is_lid = [&](int v) {
+    return anatomy.region[v] == Region::kUpperLid || anatomy.region[v] == Region::kLowerLid;
+  };
   std::vector<Vec3> target = surface.positions_mm;
   for (std::size_t m = 0; m < contraction.size(); ++m) {
     for (const MusclePull& pull : field.pulls[m]) {
@@ -265,6 +270,7 @@ int num_folded(const SurfaceMesh& surface,
   };
   int folded = 0;
   for (const Triangle& t : surface.triangles) {
+    if (std::all_of(t.begin(), t.end(), is_lid)) continue;
     folded += area(target, t).dot(area(surface.positions_mm, t)) <= 0.0;
   }
   return folded;

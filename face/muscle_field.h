@@ -37,8 +37,9 @@ MuscleField make_muscle_field(const Anatomy& anatomy, const Lattice& lattice);
 double fold_measure(const Muscle& muscle);
 
 // Triangles of the surface that the targets of these contractions turn over or squeeze to nothing:
-// where this is not 0, muscles ask together for what tissue cannot do.
-int num_folded(const SurfaceMesh& surface,
+// where this is not 0, muscles ask together for what tissue cannot do. Lids do not count, which
+// turn about the eyeball.
+int num_folded(const Anatomy& anatomy,
                const MuscleField& field,
                const std::vector<double>& contraction);
 

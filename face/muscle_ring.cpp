@@ -99,6 +99,14 @@ class LidMargin {
   std::map<double, double> line_[2];  // lower, upper: height by place
 };
 
+// How far a point of a lid goes when its margin travels by `margin`: as far, but at the corners,
+// where the margin's back is nearer to the axis, not much beyond the axis.
+double lid_travel(double margin, double height) {
+  constexpr double kBeyond_mm = 1.2;
+  const double side = margin > 0.0 ? 1.0 : -1.0;
+  return side * std::clamp(side * height + kBeyond_mm, 0.0, side * margin);
+}
+
 }  // namespace
 
 Vec3 tangent_with_length(const Vec3& m, const Vec3& normal) {
@@ -107,9 +115,11 @@ Vec3 tangent_with_length(const Vec3& m, const Vec3& normal) {
 }
 
 double ring_blend(const Ring& ring, double r) {
-  if (r >= 1.0) return 0.0;
-  if (r <= ring.rim) return 1.0;
-  return 0.5 + 0.5 * std::cos(std::numbers::pi * (r - ring.rim) / (1.0 - ring.rim));
+  const bool outside = r > ring.rim;
+  if (!outside && ring.hole == 0.0) return 1.0;
+  const double off =
+      outside ? (r - ring.rim) / (1.0 - ring.rim) : (ring.rim - r) / (ring.rim - ring.hole);
+  return 0.5 + 0.5 * std::cos(std::numbers::pi * std::min(off, 1.0));
 }
 
 std::vector<double> distinct_flaps(const Anatomy& anatomy,
@@ -155,7 +165,7 @@ VertexPull pull_of_ring(const Muscle& muscle,
     const double b = ring_blend(ring, r) * half_share(ring, x.x(), pv, region, distinct[k]);
     if (b <= 0.0) continue;
     const bool upper = flap_of(region) != 0 ? flap_of(region) > 0 : pv > 0.0;
-    const double off = is_slit ? margin.height(upper, pu) : pv;
+    const double off = is_slit ? lid_travel(margin.height(upper, pu), pv) : pv;
     Vec3 d =
         -muscle.largest_shortening * b * (ring.along * pu * frame.u + ring.across * off * frame.v);
     d = ring.pivot_mm ? on_ball(x, x + d, *ring.pivot_mm) - x : tangent_with_length(d, normal[k]);

@@ -35,7 +35,7 @@ VertexPull pull_of_ring(const Muscle& muscle,
                         const std::vector<Vec3>& normal,
                         const std::vector<double>& distinct);
 
-// 1 up to the rim, 0 from the ellipse (r = 1) on.
+// 1 at the rim, 0 in the hole and from the ellipse (r = 1) on.
 double ring_blend(const Ring& ring, double r);
 
 }  // namespace zygoma

@@ -49,8 +49,7 @@ struct RingRow {
   const char* name;
   double centre_xy_mm[2];
   double end_xy_mm[2];  // of the half axis along the slit
-  double aspect;
-  double rim;
+  double aspect, hole, rim;
   double shortening;  // s
   double along, across;
   double forward_mm;
@@ -58,57 +57,26 @@ struct RingRow {
   bool around_eye;  // else around the mouth, a half on each side
 };
 
+// clang-format off
 constexpr std::array<RingRow, 7> kRings{{
-    // The peripheral part purses: the corners come in, the lips forward.
-    {"orbicularis_oris_superior", {0, -76.5}, {46, -77}, 0.62, 0.3, 0.36, 1.0, 0.3, 5.0, +1, false},
-    {"orbicularis_oris_inferior", {0, -76.5}, {46, -77}, 0.62, 0.3, 0.36, 1.0, 0.3, 5.0, -1, false},
+    // The peripheral part purses: the corners come in, the lips forward, and swell up and down.
+    {"orbicularis_oris_superior",
+     {0, -76.5}, {46, -77}, 0.62, 0, 0.3, 0.36, 1.0, -0.35, 5.0, +1, false},
+    {"orbicularis_oris_inferior",
+     {0, -76.5}, {46, -77}, 0.62, 0, 0.3, 0.36, 1.0, -0.35, 5.0, -1, false},
     // The marginal part, in the red of the lips, makes them thin and presses them to the teeth.
     {"orbicularis_oris_marginal_superior",
-     {0, -76.5},
-     {38, -77},
-     0.5,
-     0.4,
-     0.32,
-     0.25,
-     1.0,
-     -2.0,
-     +1,
-     false},
+     {0, -76.5}, {38, -77}, 0.5, 0, 0.4, 0.32, 0.2, 0.8, -2.0, +1, false},
     {"orbicularis_oris_marginal_inferior",
-     {0, -76.5},
-     {38, -77},
-     0.5,
-     0.4,
-     0.32,
-     0.25,
-     1.0,
-     -2.0,
-     -1,
-     false},
-    {"orbicularis_oculi_orbital", {31.5, -3}, {70, -2}, 0.9, 0.3, 0.34, 0.5, 1.0, 0.0, 0, true},
+     {0, -76.5}, {38, -77}, 0.5, 0, 0.4, 0.32, 0.2, 0.8, -2.0, -1, false},
+    {"orbicularis_oculi_orbital",
+     {31.5, -3}, {70, -2}, 0.9, 0.2, 0.45, 0.3, 0.5, 1.0, 0, 0, true},
     {"orbicularis_oculi_palpebral",
-     {31.5, -2.8},
-     {52, -1.4},
-     0.9,
-     0.4,
-     0.98,
-     0.0,
-     1.0,
-     0.0,
-     0,
-     true},
+     {31.5, -2.8}, {52, -1.4}, 0.9, 0, 0.4, 0.98, 0, 1.0, 0, 0, true},
     {"levator_palpebrae_superioris",
-     {31.5, -3.2},
-     {52, -2},
-     0.9,
-     0.4,
-     0.35,
-     0.0,
-     -1.0,
-     0.0,
-     +1,
-     true},
+     {31.5, -2.8}, {52, -1.4}, 0.9, 0, 0.4, 0.35, 0, -1.0, 0, +1, true},
 }};
+// clang-format on
 
 constexpr double kEyeBehindLids_mm = 17.0;  // centre of the eyeball, below the height of the lids
 constexpr double kLidAt_mm = 7.0;           // above the centre of the eye
@@ -212,6 +180,7 @@ Muscle ring_from(const RingRow& row,
   muscle.largest_shortening = row.shortening;
   Ring& ring = muscle.ring.emplace();
   ring.aspect = row.aspect;
+  ring.hole = row.hole;
   ring.rim = row.rim;
   ring.along = row.along;
   ring.across = row.across;

@@ -4,6 +4,7 @@
 
 #include "face/facs.h"
 #include "face/motion.h"
+#include "face/muscle_field.h"
 #include "src/base/check.h"
 #include "src/cli/command.h"
 #include "src/cli/effect_options.h"
@@ -74,6 +75,7 @@ class ExpressCommand : public Command {
     const Simulation simulation = simulate_scene(scene, anatomy, track, take, context.stop);
     context.progress.end();
     film.finish();
+    warn_of_folds(scene, *anatomy, pose, context);
     print_summary(simulation, context);
     return 0;
   }
@@ -103,6 +105,20 @@ class ExpressCommand : public Command {
     add(neutral, kRise_s);
     add(neutral, kRest_s);
     return motion;
+  }
+
+  // Contractions that are fine one by one may ask together for what tissue cannot do.
+  static void warn_of_folds(const Scene& scene,
+                            const Anatomy& anatomy,
+                            const Pose& pose,
+                            RunContext& context) {
+    if (scene.tissue.lattice.topology != Topology::kPrisms) return;
+    const MuscleField field =
+        make_muscle_field(anatomy, make_lattice(anatomy, scene.tissue.lattice));
+    const int folded = num_folded(anatomy, field, controls_of(pose, anatomy).contraction);
+    if (folded == 0) return;
+    context.progress.note("these contractions together ask skin to fold over in " +
+                          std::to_string(folded) + " places");
   }
 
   void print_summary(const Simulation& simulation, RunContext& context) const {
