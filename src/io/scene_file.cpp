@@ -251,6 +251,14 @@ void read_solver(Section section, SettleOptions& settle) {
   section.done();
 }
 
+std::vector<std::string> pairs_among(const std::vector<std::string>& muscles) {
+  std::vector<std::string> pairs;
+  for (const std::string& name : muscles) {
+    if (name.ends_with("_L")) pairs.push_back(name.substr(0, name.size() - 2));
+  }
+  return pairs;
+}
+
 // A muscle, or a pair of them by the name without a side.
 void read_contractions(const std::string& where,
                        const json& value,
@@ -265,7 +273,7 @@ void read_contractions(const std::string& where,
     if (is_known(name + "_L")) names = {name + "_L", name + "_R"};
     require(is_known(names.front()),
             where + ": muscle " + quote_value(name) + " is unknown, expected one of " +
-                joined(known) + ", or without the side for both");
+                joined(pairs_among(known)) + ", for one side with _L or _R");
     const double c = number_from(where + "." + name, number);
     for (const std::string& muscle : names) {
       require(contraction.emplace(muscle, c).second,
