@@ -46,7 +46,7 @@ double tissue_depth(const DomainPoint& point, const Vec2& front) {
   }
   double depth = sum / total;
   if (point.rim == Rim::kMouth) depth = 3.0;
-  if (point.rim == Rim::kEye) depth = 1.6;
+  if (point.rim == Rim::kEye) depth = 1.4;  // thin: a lid goes where its muscle takes it
   // Thinner towards the outline of the head.
   const double x = std::abs(point.at_mm.x());
   const double border = std::min({172.0 - x, point.at_mm.y() + 172.0, 203.0 - point.at_mm.y()});
@@ -65,7 +65,9 @@ double mandible_weight(const HeadShape& shape, const DomainPoint& point) {
     const double line = shape.mouth_rim(std::min(x, corner), 0);
     const bool below = point.rim == Rim::kMouth ? point.side < 0 : y < line;
     if (point.rim == Rim::kMouth && point.side == 0) return 0.5 * neck;
-    return below ? neck : 0.0;
+    // The lower lip stretches towards the upper one and lags behind the teeth.
+    const double lag = 0.1 * smooth_step(-90.0, -70.0, y);
+    return below ? neck * (1.0 - lag) : 0.0;
   }
   const double rise = std::min(x - corner, 60.0);
   const double line = shape.mouth_rim(corner, +1) + 0.42 * rise;
