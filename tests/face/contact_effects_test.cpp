@@ -246,7 +246,7 @@ TEST(LipContact, SensitivitiesMatchCentralDifferencesInContact) {
   model.effects.push_back({"lip_contact", {}});
   model.effects.push_back({"teeth_contact", {}});
   Simulator simulator(pouting_head(), model, tight());
-  Controls controls = contracted(*pouting_head(), "lift", 0.4);
+  Controls controls = contracted(*pouting_head(), "lift", 0.35);
   controls.contraction[pouting_head()->muscle_index("depressor_anguli_oris_L")] = 0.3;
   controls.jaw_rad = 0.01;
   FaceState state = simulator.rest();
