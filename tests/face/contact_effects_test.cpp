@@ -120,7 +120,7 @@ TEST(SkullContact, SensitivitiesMatchCentralDifferencesInContact) {
   TissueModel model;
   model.effects.push_back({"skull_contact", {{"distance_share", 0.9}}});
   Simulator simulator(head(), model, tight());
-  Controls controls = contracted(*head(), "occipitofrontalis", 0.5);
+  Controls controls = contracted(*head(), "occipitofrontalis", 0.6);
   controls.jaw_rad = 0.05;
   FaceState state = simulator.rest();
   ASSERT_TRUE(simulator.settle(controls, state).converged);
