@@ -1,9 +1,38 @@
 #include "src/cli/face_options.h"
 
+#include <cstdio>
+#include <optional>
+
+#include "face/muscle_table.h"
 #include "src/base/check.h"
 #include "src/io/scene_file.h"
+#include "src/pipeline/pick_quality.h"
+#include "src/pipeline/tradeoff.h"
 
 namespace zygoma {
+namespace {
+
+std::string remark_on(const QualityPick& pick, double budget_ms) {
+  const FaceQuality& quality = pick.quality;
+  char text[240];
+  std::snprintf(
+      text,
+      sizeof text,
+      "quality %s: %s layers, %d surface vertices; expected %.2f mm RMS from the reference",
+      quality.name.c_str(),
+      quality.bi_layer ? "two" : "three",
+      quality.surface_vertices,
+      quality.expected_rms_mm);
+  std::string remark = text;
+  if (budget_ms > 0.0) {
+    std::snprintf(text, sizeof text, " and %.2f ms per frame", pick.expected_ms);
+    remark += text;
+    if (!pick.fits) remark += ", the least there is: the budget cannot be met";
+  }
+  return remark;
+}
+
+}  // namespace
 
 void FaceOptions::declare(OptionSink& options) {
   options.integer(
@@ -17,27 +46,79 @@ void FaceOptions::declare(OptionSink& options) {
                  {1e-8, 0.1},
                  "share of the load that may be left unbalanced in a settled face: less is slower "
                  "and closer to the true equilibrium");
+  options.choice("--quality",
+                 quality_,
+                 {"draft", "standard", "fine", "reference"},
+                 "a point on the front of what accuracy costs (see `zygoma tradeoff`) instead of "
+                 "--surface-vertices and --residual");
+  options.number(
+      "--budget",
+      budget_ms_,
+      {0.0, 10000.0},
+      "processor time for a frame to settle in, ms: picks the most accurate quality that "
+      "fits on this machine");
+  options.number("--tolerance",
+                 tolerance_mm_,
+                 {0.0, 10.0},
+                 "picks the quickest quality whose skin is that close to the reference, mm RMS");
 }
 
-AssembledFace FaceOptions::assemble() const {
-  auto anatomy = std::make_shared<const Anatomy>(make_generic_head({}, head_));
-  SettleOptions settle;
-  settle.relative_residual = residual_;
-  return {anatomy, Simulator(anatomy, {}, settle)};
-}
-
-Scene FaceOptions::scene(const std::string& path) const {
+void FaceOptions::check() const {
   const FaceOptions usual;
+  const int asked = !quality_.empty() + (budget_ms_ > 0.0) + (tolerance_mm_ > 0.0);
+  require(asked <= 1, "--quality, --budget, --tolerance: expected one of them at most");
+  if (asked == 0) return;
+  require(
+      head_.num_surface_vertices == usual.head_.num_surface_vertices,
+      "--surface-vertices: set by --quality, --budget or --tolerance, expected one or the other");
+  require(residual_ == usual.residual_,
+          "--residual: set by --quality, --budget or --tolerance, expected one or the other");
+}
+
+ChosenScene FaceOptions::scene(const std::string& path, const ContractionTrack* track) const {
+  const FaceOptions usual;
+  check();
   if (!path.empty()) {
     require(head_.num_surface_vertices == usual.head_.num_surface_vertices,
             "--surface-vertices: the scene says (head.surface_vertices)");
     require(residual_ == usual.residual_, "--residual: the scene says (solver.relative_residual)");
-    return read_scene(path);
+    require(quality_.empty() && budget_ms_ == 0.0 && tolerance_mm_ == 0.0,
+            "--quality, --budget, --tolerance: the scene says (head, tissue, solver)");
+    return {read_scene(path), {}};
   }
   Scene scene;
   scene.head = head_;
   scene.settle.relative_residual = residual_;
-  return scene;
+  std::optional<QualityPick> pick;
+  if (!quality_.empty()) pick = QualityPick{face_quality(quality_), 0.0, true};
+  if (tolerance_mm_ > 0.0) pick = pick_for_tolerance(tolerance_mm_);
+  if (budget_ms_ > 0.0) {
+    const ContractionTrack usual_track =
+        sample_motion(tradeoff_motion(), muscles_used(tradeoff_motion(), standard_muscle_names()));
+    pick = pick_for_budget(
+        budget_ms_, track == nullptr ? usual_track : *track, scene.identity, scene.tissue);
+  }
+  if (!pick) return {scene, {}};
+  pick->quality.apply(scene.head, scene.tissue, scene.settle);
+  return {scene, remark_on(*pick, budget_ms_)};
+}
+
+AssembledFace FaceOptions::assemble(const ContractionTrack* track) const {
+  const ChosenScene chosen = scene({}, track);
+  auto anatomy = std::make_shared<const Anatomy>(make_generic_head({}, chosen.scene.head));
+  return {anatomy, Simulator(anatomy, chosen.scene.tissue, chosen.scene.settle), chosen.remark};
+}
+
+std::string FaceOptions::verdict(double frame_ms) const {
+  if (budget_ms_ == 0.0) return {};
+  char text[120];
+  std::snprintf(text,
+                sizeof text,
+                "a frame settled in %.2f ms on average, the budget is %g ms: %s",
+                frame_ms,
+                budget_ms_,
+                frame_ms <= 1.2 * budget_ms_ ? "met" : "not met");
+  return text;
 }
 
 void AnimationOptions::declare(OptionSink& options) {

@@ -15,19 +15,33 @@ namespace zygoma {
 struct AssembledFace {
   std::shared_ptr<const Anatomy> anatomy;
   Simulator simulator;
+  std::string remark;  // which level of quality was picked; empty if none was asked for
+};
+
+struct ChosenScene {
+  Scene scene;         // without motion, unless it is from a file
+  std::string remark;  // as above
 };
 
 class FaceOptions {
  public:
   void declare(OptionSink& options);
-  AssembledFace assemble() const;
-  // The same as a scene without motion; from a scene file, if a path is given, which then has the
-  // last word. Throws InputError naming an option that contradicts the file.
-  Scene scene(const std::string& path) const;
+  // `track` is what the face will do: a budget is tried on it, else on a motion of its own.
+  AssembledFace assemble(const ContractionTrack* track = nullptr) const;
+  // From a scene file, if a path is given, which then has the last word. Throws InputError naming
+  // options that contradict the file or each other.
+  ChosenScene scene(const std::string& path, const ContractionTrack* track = nullptr) const;
+  // How a budget turned out; empty if there is none.
+  std::string verdict(double frame_ms) const;
+  // Throws InputError naming options that contradict each other.
+  void check() const;
 
  private:
   HeadOptions head_;
-  double residual_ = 1e-4;
+  double residual_ = SettleOptions{}.relative_residual;
+  std::string quality_;
+  double budget_ms_ = 0.0;
+  double tolerance_mm_ = 0.0;
 };
 
 class AnimationOptions {

@@ -127,6 +127,16 @@ TEST_F(BadInputTest, MissingFile) {
                  {missing_table});
 }
 
+TEST_F(BadInputTest, QualityThatContradictsItself) {
+  const std::string out = folder_ / "face.png";
+  expect_refused({"express", "smile", "-o", out, "--quality", "superb"}, {"superb", "draft"});
+  expect_refused({"express", "12", "-o", out, "--quality", "fine", "--budget", "3"},
+                 {"--budget", "one of them"});
+  expect_refused({"express", "12", "-o", out, "--tolerance", "0.3", "--surface-vertices", "500"},
+                 {"--surface-vertices"});
+  expect_refused({"express", "12", "-o", out, "--budget", "-3"}, {"-3"});
+}
+
 TEST_F(BadInputTest, WrongKindOfFile) {
   const std::string text = folder_.write("text.mp4", "This is no video,\nonly its name is.\n");
   const std::string empty = folder_.write("empty.mp4", "");

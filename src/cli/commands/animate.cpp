@@ -52,7 +52,8 @@ class AnimateCommand : public Command {
       performance->video_path = video_path_;
       if (!contours_path_.empty()) performance->contours = read_contours_csv(contours_path_);
     }
-    AssembledFace face = face_.assemble();
+    AssembledFace face = face_.assemble(&track);
+    if (!face.remark.empty()) context.progress.note(face.remark);
     const AnimationReport report = animate_face(track,
                                                 face.simulator,
                                                 face.anatomy,
@@ -62,6 +63,8 @@ class AnimateCommand : public Command {
                                                 context.progress,
                                                 context.stop);
     for (const std::string& remark : remarks(report)) context.progress.note(remark);
+    const std::string verdict = face_.verdict(report.settle_figures.frame_ms());
+    if (!verdict.empty()) context.progress.note(verdict);
     context.out << report.num_frames << " frames animated: " << output_ << '\n';
     return 0;
   }

@@ -53,7 +53,9 @@ class ExpressCommand : public Command {
     }
     if (!scene_path_.empty()) require_not_the_input(output_, scene_path_);
     const Pose pose = pose_of(text_);
-    Scene scene = face_.scene(scene_path_);
+    const ChosenScene chosen = face_.scene(scene_path_);
+    if (!chosen.remark.empty()) context.progress.note(chosen.remark);
+    Scene scene = chosen.scene;
     effects_.apply(scene.tissue.effects);
     const auto anatomy =
         std::make_shared<const Anatomy>(make_generic_head(scene.identity, scene.head));
@@ -77,6 +79,8 @@ class ExpressCommand : public Command {
     film.finish();
     warn_of_folds(scene, *anatomy, pose, context);
     print_summary(simulation, context);
+    const std::string verdict = face_.verdict(simulation.frame_ms());
+    if (!verdict.empty()) context.progress.note(verdict);
     return 0;
   }
 

@@ -114,7 +114,7 @@ class FaceCommand : public Command {
     require(kind_.empty(), quote_value(kind_) + ": a sheet shows everything, expected nothing");
     require_picture_name(output_);
     if (!scene_path_.empty()) require_not_the_input(output_, scene_path_);
-    const Scene scene = face_.scene(scene_path_);
+    const Scene scene = face_.scene(scene_path_).scene;
     const auto anatomy =
         std::make_shared<const Anatomy>(make_generic_head(scene.identity, scene.head));
     std::vector<SheetEntry> entries;

@@ -57,6 +57,7 @@ class RunCommand : public Command {
   int run(RunContext& context) override {
     const Stopwatch watch;
     read_truth();
+    face_.check();
     const OutputFolder folder(folder_);
     require_not_the_input(folder / "reconstruction.mp4", video_path_);
     { const VideoReader probe(video_path_); }  // a bad file is refused before any work begins
@@ -76,6 +77,7 @@ class RunCommand : public Command {
     bool stopped = tracked.stopped;
     if (!stopped) {
       auto [face, response] = prepared.get();
+      append(notes, {face.remark});
       const Retargeted retargeted = retargeting_.retarget(tracked.contours, response, context);
       write_contractions_csv(folder / "contractions.csv", retargeted.track);
       session.muscles = retargeted.track.muscles;
@@ -95,6 +97,7 @@ class RunCommand : public Command {
         stopped = animation.stopped;
         session.stages.push_back(stage_of(animation));
         append(notes, remarks(animation));
+        append(notes, {face_.verdict(animation.settle_figures.frame_ms())});
         print_comparison(retargeted.track, tracked.contours, context.out);
       }
     }
@@ -102,7 +105,9 @@ class RunCommand : public Command {
     session.stages.push_back(
         stage_of(StageFigures{"whole run", session.source.num_frames, watch.elapsed_ms()}));
     write_session(folder / "session.json", session);
-    for (const std::string& note : notes) context.progress.note(note);
+    for (const std::string& note : notes) {
+      if (!note.empty()) context.progress.note(note);
+    }
     print_figures(session, tracked, context.out);
     return 0;
   }
