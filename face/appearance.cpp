@@ -323,21 +323,7 @@ class Painter {
   }
 
   Colour hair(const Vec2& domain, double thick, const Colour& skin) const {
-    if (thick <= 0.0) return skin;
-    // Strands run away from the face.
-    const Vec2 from_face = domain - Vec2(0.0, 5.0);
-    const double angle = std::atan2(from_face.x(), from_face.y());
-    const double radius = from_face.norm();
-    const std::uint32_t seed = identity_.texture_seed;
-    const double wave = angle + 0.03 * noise(radius / 30.0, 3.0 * angle, seed + 11);
-    const double strand = 0.55 * noise(wave * 130.0, radius / 34.0, seed + 12) +
-                          0.45 * noise(wave * 320.0, radius / 22.0, seed + 13);
-    const double lock = noise(wave * 26.0, radius / 60.0, seed + 14);
-    const double cover =
-        smooth_step(0.10, 1.3, thick + 0.45 * strand * smooth_step(0.0, 0.4, thick));
-    Colour colour = identity_.hair_tone *
-                    static_cast<float>(std::max(0.15, 0.85 + 0.50 * strand + 0.22 * lock));
-    return mix(skin, colour, 0.97 * cover);
+    return hair_over_skin(identity_, domain, thick, skin);
   }
 
   // A tapering hair in the frontal picture, x >= 0.
@@ -401,6 +387,26 @@ Eigen::Vector2f uv_from_domain(const Vec2& domain_mm) {
 Vec2 domain_from_uv(const Eigen::Vector2f& uv) {
   return {kHalfWidth * stretch(2.0 * uv.x() - 1.0),
           kMiddleY - kHalfHeight * stretch(2.0 * uv.y() - 1.0)};
+}
+
+Eigen::Vector3f hair_over_skin(const Identity& identity,
+                               const Vec2& domain,
+                               double thick,
+                               const Eigen::Vector3f& skin) {
+  if (thick <= 0.0) return skin;
+  // Strands run away from the face.
+  const Vec2 from_face = domain - Vec2(0.0, 5.0);
+  const double angle = std::atan2(from_face.x(), from_face.y());
+  const double radius = from_face.norm();
+  const std::uint32_t seed = identity.texture_seed;
+  const double wave = angle + 0.03 * noise(radius / 30.0, 3.0 * angle, seed + 11);
+  const double strand = 0.55 * noise(wave * 130.0, radius / 34.0, seed + 12) +
+                        0.45 * noise(wave * 320.0, radius / 22.0, seed + 13);
+  const double lock = noise(wave * 26.0, radius / 60.0, seed + 14);
+  const double cover = smooth_step(0.10, 1.3, thick + 0.45 * strand * smooth_step(0.0, 0.4, thick));
+  Colour colour =
+      identity.hair_tone * static_cast<float>(std::max(0.15, 0.85 + 0.50 * strand + 0.22 * lock));
+  return mix(skin, colour, 0.97 * cover);
 }
 
 Texture paint_skin(const HeadShape& shape, const Identity& identity, int size_px) {

@@ -17,7 +17,14 @@ Vec2 domain_from_uv(const Eigen::Vector2f& uv);
 
 Texture paint_skin(const HeadShape& shape, const Identity& identity, int size_px);
 
-// sRGB in [0, 1] to linear and back.
+// Hair of a thickness in millimetres over skin, sRGB; strands run away from the face. The domain
+// may go on behind the outline.
+Eigen::Vector3f hair_over_skin(const Identity& identity,
+                               const Vec2& domain_mm,
+                               double thick_mm,
+                               const Eigen::Vector3f& skin);
+
+// sRGB in [0, 1] to linear.
 Eigen::Vector3f linear_from_srgb(const Eigen::Vector3f& srgb);
 
 }  // namespace zygoma

@@ -399,6 +399,15 @@ Stencil even_stencil(int v, const Neighbourhood& near) {
 
 }  // namespace
 
+Vec2 outline_point(double s) {
+  constexpr double kArcShare = 0.58;
+  if (s > kArcShare) {
+    return {kSide, kCrown + (kBottom - kCrown) * (s - kArcShare) / (1.0 - kArcShare)};
+  }
+  const double a = 0.5 * M_PI * (1.0 - s / kArcShare);
+  return {s > 0.0 ? kSide * std::cos(a) : 0.0, kCrown + (kTop - kCrown) * std::sin(a)};
+}
+
 DomainMesh mesh_domain(const HeadShape& shape, int num_vertices) {
   // The number of vertices goes with the inverse square of the spacing.
   double finest = 4.2 * std::sqrt(700.0 / num_vertices);

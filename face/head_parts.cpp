@@ -6,6 +6,8 @@
 #include <functional>
 
 #include "face/appearance.h"
+#include "face/head_chart.h"
+#include "face/head_mesh.h"
 
 namespace zygoma {
 namespace {
@@ -270,6 +272,59 @@ RigidPart shirt(const Identity& identity) {
   return part;
 }
 
+// What the chart continues to behind the outline of the skin: the back of the skull with its hair,
+// and the nape. It emerges from the skin a little in front of the outline, so that the two surfaces
+// meet without a gap or a step in their normals.
+RigidPart back_of_head(const HeadShape& shape, const Identity& identity) {
+  constexpr int kRows = 30;      // from the outline to the middle of the back
+  constexpr int kColumns = 361;  // around the outline, from the subject's right over the crown
+  constexpr int kInside = 2;     // rows in front of the outline
+  constexpr double kSunk = 0.5;
+  // Distance from the spine in the middle of the back.
+  static const FunctionCurve middle({{-175, 62},
+                                     {-150, 63},
+                                     {-120, 65},
+                                     {-95, 68},
+                                     {-70, 77},
+                                     {-45, 87},
+                                     {-20, 94},
+                                     {20, 98},
+                                     {21, 98}});
+  RigidPart part;
+  part.name = "back_of_head";
+  for (int r = 0; r < kRows; ++r) {
+    const double t = (r - kInside) / (kRows - 1.0 - kInside);
+    const double out = smooth_step(0.0, 1.0, t);
+    for (int c = 0; c < kColumns; ++c) {
+      const double u = 2.0 * c / (kColumns - 1.0) - 1.0;  // 0 at the crown
+      Vec2 edge = outline_point(std::abs(u));
+      if (r < kInside) edge -= (3.0 * (kInside - r)) * Vec2(edge.x(), edge.y() - 20.0) / 180.0;
+      const Ray ray = chart_ray(edge);
+      const double from = std::atan2(ray.direction.head<2>().norm(), ray.direction.z());
+      const double angle = from + (M_PI - from) * std::max(0.0, t);
+      const Vec2 aside = ray.direction.head<2>().normalized();
+      const double y = std::min(edge.y(), 20.0);
+      const double bare = shape.section(edge) + (middle(y) - shape.section(edge)) * out;
+      const double thick =
+          shape.hair_mm(edge) * (1.0 - out) + 8.0 * smooth_step(-82.0, -50.0, y) * out;
+      const Vec3 direction(
+          std::sin(angle) * aside.x(), std::sin(angle) * aside.y(), std::cos(angle));
+      const double sunk = r == 0 ? kSunk : -0.2 * kSunk;
+      Vec3 at = shape.warp(ray.origin_mm + (bare + thick - sunk) * direction);
+      if (u < 0.0) at.x() = -at.x();
+      part.mesh.positions_mm.push_back(at);
+      const double elevation = edge.y() - ray.origin_mm.y();
+      const double go_on = angle / from;
+      const Vec2 domain(edge.x() * go_on, ray.origin_mm.y() + elevation * go_on);
+      part.albedo.push_back(linear_from_srgb(hair_over_skin(
+          identity, {u < 0.0 ? -domain.x() : domain.x(), domain.y()}, thick, identity.skin_tone)));
+    }
+  }
+  join_grid(part, kRows, kColumns, false);
+  for (Triangle& t : part.mesh.triangles) std::swap(t[1], t[2]);
+  return part;
+}
+
 // The pink flesh in the inner corner of the eye; side = +1: the left one.
 RigidPart caruncle(const HeadShape& shape, double side) {
   const Vec3 corner = shape.eye_centre() + Vec3(-12.4, -3.5, 7.6);
@@ -347,16 +402,7 @@ std::vector<RigidPart> make_rigid_parts(const HeadShape& shape, const Identity& 
   parts.push_back(shirt(identity));
   parts.push_back(caruncle(shape, +1.0));
   parts.push_back(caruncle(shape, -1.0));
-  const Colour hair = 0.8F * linear_from_srgb(identity.hair_tone);
-  RigidPart back = ellipsoid(
-      shape,
-      Vec3(0.0, 40.0, -112.0),
-      Vec3(80.0, 84.0, 84.0),
-      [&hair](const Vec3&) { return hair; },
-      false);
-  back.name = "back_of_head";
-  back.gloss = 0.01F;
-  parts.push_back(back);
+  parts.push_back(back_of_head(shape, identity));
   return parts;
 }
 

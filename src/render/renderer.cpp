@@ -192,6 +192,7 @@ struct Renderer::Impl {
   ToneCurve tone;
 
   Camera camera;
+  const SkinTint* tint = nullptr;
   Eigen::Matrix3f face_from_camera;
   Point eye = Point::Zero();
   std::vector<Hit> hits;
@@ -558,8 +559,12 @@ void Renderer::Impl::shade(const Hit* hit, int count, const Shader& shader, Colo
     packet.gloss[i] = parts[part].gloss;
     skin[i] = part == 0;
     const std::vector<Eigen::Vector2f>& uv = anatomy->skin.uv;
-    const Colour albedo = skin[i] ? bilinear(*level, w * uv[a] + u * uv[b] + v * uv[c])
-                                  : w * part_albedo[a] + u * part_albedo[b] + v * part_albedo[c];
+    Colour albedo = skin[i] ? bilinear(*level, w * uv[a] + u * uv[b] + v * uv[c])
+                            : w * part_albedo[a] + u * part_albedo[b] + v * part_albedo[c];
+    if (tint != nullptr && skin[i]) {
+      const Eigen::Vector4f over = w * (*tint)[a] + u * (*tint)[b] + v * (*tint)[c];
+      albedo += over.w() * (over.head<3>() - albedo);
+    }
     for (int k = 0; k < 3; ++k) {
       packet.normal[k][i] = normal[k];
       packet.to_camera[k][i] = to_camera[k];
@@ -716,9 +721,12 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 void Renderer::render(const std::vector<Vec3>& skin_mm,
                       double jaw_rad,
                       const Camera& camera,
-                      cv::Mat& bgr) {
+                      cv::Mat& bgr,
+                      const SkinTint* tint) {
+  assert(tint == nullptr || tint->size() == skin_mm.size());
   Impl& r = *impl_;
   r.camera = camera;
+  r.tint = tint;
   const int width = camera.width_px;
   const int height = camera.height_px;
   const Eigen::Isometry3d inverse = camera.camera_from_face.inverse();
