@@ -6,6 +6,8 @@
 // noise (pores, freckles, blotches).
 #pragma once
 
+#include <functional>
+
 #include "face/anatomy.h"
 #include "face/head_shape.h"
 
@@ -14,6 +16,12 @@ namespace zygoma {
 // Texture coordinates: the middle of the face gets more texels than the back of the head.
 Eigen::Vector2f uv_from_domain(const Vec2& domain_mm);
 Vec2 domain_from_uv(const Eigen::Vector2f& uv);
+
+// Visits all texels of a picture of the skin: number, domain, and frontal picture of the default
+// head with x as its magnitude.
+void over_texels(const HeadShape& shape,
+                 int size_px,
+                 const std::function<void(std::size_t, const Vec2&, const Vec2&)>& paint);
 
 Texture paint_skin(const HeadShape& shape, const Identity& identity, int size_px);
 

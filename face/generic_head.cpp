@@ -8,6 +8,7 @@
 #include "face/appearance.h"
 #include "face/head_mesh.h"
 #include "face/head_parts.h"
+#include "face/head_relief.h"
 #include "face/head_shape.h"
 #include "face/head_skin.h"
 #include "face/muscle_table.h"
@@ -193,6 +194,8 @@ Anatomy make_generic_head(const Identity& identity, const HeadOptions& options) 
   }
   anatomy.skin.embedding = std::move(fine.embedding);
   anatomy.skin.albedo = paint_skin(shape, identity, options.albedo_size_px);
+  anatomy.skin.relief = carve_relief(shape, identity, options.albedo_size_px);
+  anatomy.skin.furrow_sites = lay_furrows(shape, fine.domain, anatomy.skin.mesh);
   anatomy.rigid_parts = make_rigid_parts(shape, identity);
   anatomy.teeth = make_teeth(shape);
   anatomy.muscles = standard_muscles(
