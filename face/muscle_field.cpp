@@ -14,7 +14,6 @@ namespace zygoma {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kNormalRounds = 15;  // directions follow the head, not the lip or the nostril
 
 // Closest point of a triangle to p, and its distance.
 double distance_to_triangle(const SurfaceMesh& surface, const Triangle& t, const Vec3& p) {
@@ -97,31 +96,37 @@ void check_muscle(const Muscle& muscle) {
           name + "attachment and emergence coincide");
 }
 
-// Normals of the head at large. Skin that turns inwards (inside of the lips, rims of the lids)
-// takes the normal of the skin in front of it, else neighbours would be pulled in opposite
-// directions.
-std::vector<Vec3> broad_normals(const SurfaceMesh& surface,
-                                const std::vector<std::vector<int>>& neighbors) {
+// Normals of the head at large: the area around a vertex, averaged with a Gaussian in space, so
+// that they do not depend on how finely the surface is meshed and both lips have the same. Skin
+// that turns inwards (inside of the lips, rims of the lids) does not count, else neighbours would
+// be pulled in opposite directions.
+std::vector<Vec3> broad_normals(const SurfaceMesh& surface) {
+  constexpr double kBroadMm = 10.0;
+  constexpr double kReachMm = 3.0 * kBroadMm;
   constexpr double kOutwards = 0.4;  // cosine
+  struct Patch {
+    Vec3 centre_mm;
+    Vec3 area;
+  };
+  std::vector<Patch> patches;
+  for (const Triangle& t : surface.triangles) {
+    const Vec3& a = surface.positions_mm[t[0]];
+    const Vec3& b = surface.positions_mm[t[1]];
+    const Vec3& c = surface.positions_mm[t[2]];
+    patches.push_back({(a + b + c) / 3.0, (b - a).cross(c - a)});
+  }
   std::vector<Vec3> broad(surface.positions_mm.size(), Vec3::Zero());
   for (int pass = 0; pass < 2; ++pass) {
-    std::vector<Vec3> sum(broad.size(), Vec3::Zero());
-    for (const Triangle& t : surface.triangles) {
-      const Vec3& a = surface.positions_mm[t[0]];
-      const Vec3 area = (surface.positions_mm[t[1]] - a).cross(surface.positions_mm[t[2]] - a);
-      for (const int v : t) {
-        if (pass == 0 || area.dot(broad[v]) > kOutwards * area.norm()) sum[v] += area;
+    for (std::size_t v = 0; v < broad.size(); ++v) {
+      Vec3 sum = Vec3::Zero();
+      for (const Patch& patch : patches) {
+        const double d2 = (patch.centre_mm - surface.positions_mm[v]).squaredNorm();
+        if (d2 > kReachMm * kReachMm) continue;
+        if (pass == 1 && patch.area.dot(broad[v]) < kOutwards * patch.area.norm()) continue;
+        sum += std::exp(-0.5 * d2 / (kBroadMm * kBroadMm)) * patch.area;
       }
+      if (sum.squaredNorm() > 0.0) broad[v] = sum.normalized();
     }
-    for (int round = 0; round < kNormalRounds; ++round) {
-      std::vector<Vec3> mean(sum.size(), Vec3::Zero());
-      for (std::size_t v = 0; v < sum.size(); ++v) {
-        for (const int u : neighbors[v]) mean[v] += sum[u];
-        mean[v] = 0.5 * (sum[v] + mean[v] / static_cast<double>(neighbors[v].size()));
-      }
-      sum = std::move(mean);
-    }
-    for (std::size_t v = 0; v < sum.size(); ++v) broad[v] = sum[v].normalized();
   }
   return broad;
 }
@@ -201,7 +206,7 @@ double fold_measure(const Muscle& muscle) {
 }
 
 MuscleField make_muscle_field(const Anatomy& anatomy, const Lattice& lattice) {
-  const std::vector<Vec3> normal = broad_normals(anatomy.surface, lattice.neighbors);
+  const std::vector<Vec3> normal = broad_normals(anatomy.surface);
   MuscleField field;
   field.hold.assign(lattice.columns.size(), 0.0);
   for (const Muscle& muscle : anatomy.muscles) {

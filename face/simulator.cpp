@@ -18,10 +18,15 @@ namespace {
 // equilibrium as a slow motion.
 constexpr double kLongestContractionStep = 0.34;
 constexpr double kLongestJawStepRad = 0.12;
-constexpr double kPathTolerance = 0.2;    // of the load, at the points in between
+constexpr double kPathTolerance = 0.2;  // of the load, at the points in between
+constexpr double kAnyWayMm = 1e3;       // left there
+constexpr double kWayLeftMm = 0.02;
+constexpr double kJumpShare = 0.1;  // of the tolerance, at the end of a jump: it has stirred the
+                                    // soft motions that forces hardly show
 constexpr double kSmallestLoadMm = 1e-5;  // a load below this stretch counts as this
 constexpr double kLongestExtrapolation = 1.5;
-constexpr double kLookAhead = 3.0;  // frames: half the life of a factor in a steady motion
+constexpr double kLookAhead = 3.0;   // frames: half the life of a factor in a steady motion
+constexpr double kHeapShare = 0.01;  // of the elements
 constexpr double kWidestJawRad = 0.7;
 
 // Explicit steps bring inertia with them: as an effect they take it only for its parameters.
@@ -124,14 +129,23 @@ struct Simulator::Impl {
     }
   }
 
+  // Without controls rest is an equilibrium by construction, or close to one.
+  void start_at_rest_if_lower(std::vector<Vec3>& x) {
+    std::vector<Vec3> rest = energy.lattice().rest_mm;
+    start_if_lower(rest, x);
+  }
+
   void start_if_lower(std::vector<Vec3>& candidate, std::vector<Vec3>& x) {
     if (energy.evaluate(candidate, scratch) < energy.evaluate(x, scratch)) x.swap(candidate);
   }
 
-  void minimise(double share_of_load, std::vector<Vec3>& x, SettleReport& report) {
+  void minimise(double share_of_load,
+                double way_left_mm,
+                std::vector<Vec3>& x,
+                SettleReport& report) {
     const EquilibriumReport solved =
         solver.solve(x,
-                     {share_of_load, smallest_load, options.max_iterations},
+                     {share_of_load, smallest_load, options.max_iterations, way_left_mm},
                      ahead.empty() ? nullptr : &ahead);
     report.iterations += solved.iterations;
     report.factorisations += solved.factorisations;
@@ -160,7 +174,14 @@ struct Simulator::Impl {
       carry(at, next, x);
       ahead.clear();
       if (parts == 1) extrapolate(from, to, before, x);
-      minimise(part < parts ? kPathTolerance : options.relative_residual, x, report);
+      if (part == parts && to == zero_controls()) start_at_rest_if_lower(x);
+      if (part < parts) {
+        minimise(kPathTolerance, kAnyWayMm, x, report);
+      } else {
+        const double tolerance = (parts > 1 ? kJumpShare : 1.0) * options.relative_residual;
+        minimise(tolerance, kWayLeftMm, x, report);
+        report.converged = report.converged || report.residual <= options.relative_residual;
+      }
       at = std::move(next);
     }
     return report.converged;
@@ -175,6 +196,13 @@ struct Simulator::Impl {
     return std::max(1, static_cast<int>(std::ceil(parts)));
   }
 
+  // Where that many elements are inside out, nothing can be told from the places of the nodes.
+  bool is_heap(const FaceState& state) const {
+    if (state.positions_mm == known) return false;
+    const double inverted = energy.volumes(state.positions_mm).inverted;
+    return inverted > kHeapShare * static_cast<double>(energy.lattice().prisms.size());
+  }
+
   // The controls a state is known to be the equilibrium of; without knowledge, those wanted, with
   // the jaw of the state.
   Controls controls_of(const FaceState& state, const Controls& wanted) const {
@@ -185,16 +213,28 @@ struct Simulator::Impl {
     return controls;
   }
 
-  SettleReport settle_moving(const Controls& from, const Controls& to, std::vector<Vec3>& x) {
+  // The path decides where the face ends. From a heap that may be a folded equilibrium: it has to
+  // compare with the path from rest.
+  SettleReport settle_moving(const Controls& from,
+                             const Controls& to,
+                             bool from_heap,
+                             std::vector<Vec3>& x) {
     SettleReport report;
-    if (walk(from, to, parts_between(from, to), x, report)) return report;
-    // Once more along a finer path from rest; keep whichever ends closer to equilibrium.
+    const bool there = walk(from, to, parts_between(from, to), x, report);
+    if (there && !from_heap) return report;
     SettleReport again = report;
     std::vector<Vec3> other = energy.lattice().rest_mm;
     const Controls zero = zero_controls();
-    walk(zero, to, 3 * parts_between(zero, to), other, again);
-    if (again.residual < report.residual) x = std::move(other);
-    again.residual = std::min(again.residual, report.residual);
+    const bool there_too = walk(zero, to, 3 * parts_between(zero, to), other, again);
+    const bool better = there && there_too
+                            ? energy.evaluate(other, scratch) < energy.evaluate(x, scratch)
+                            : again.residual < report.residual;
+    if (better) {
+      x = std::move(other);
+    } else {
+      again.residual = report.residual;
+      again.converged = report.converged;
+    }
     return again;
   }
 
@@ -282,9 +322,10 @@ SettleReport Simulator::settle(const Controls& controls, FaceState& state) {
   impl.check(controls);
   impl.enter_step(0.0);
   const Controls from = impl.controls_of(state, controls);
+  const bool from_heap = impl.is_heap(state);
   SettleReport report;
   const auto settle_region = [&] {
-    const SettleReport part = impl.settle_moving(from, controls, state.positions_mm);
+    const SettleReport part = impl.settle_moving(from, controls, from_heap, state.positions_mm);
     report = {part.converged,
               report.iterations + part.iterations,
               report.factorisations + part.factorisations,
@@ -324,7 +365,7 @@ SettleReport Simulator::advance(const Controls& controls, double step_s, FaceSta
   impl.carry(impl.controls_of(state, controls), controls, state.positions_mm);
   impl.coast(state, step_s);
   impl.ahead.clear();
-  impl.minimise(impl.options.relative_residual, state.positions_mm, report);
+  impl.minimise(impl.options.relative_residual, kWayLeftMm, state.positions_mm, report);
   impl.energy.end_step(state);
   state.time_s += step_s;
   impl.finish(controls, state, report);

@@ -21,6 +21,7 @@ namespace zygoma {
 struct Controls {
   std::vector<double> contraction;
   double jaw_rad = 0.0;
+  bool operator==(const Controls&) const = default;
 };
 
 // How advance() lets time pass.
@@ -74,8 +75,9 @@ class Simulator {
   const Lattice& lattice() const;
   FaceState rest() const;
 
-  // Moves `state` to the equilibrium under the controls, warm from where it is. Same bits for the
-  // same state and controls history.
+  // Moves `state` to the equilibrium under the controls, warm from where it is. A heap (one
+  // element in a hundred inside out) goes to the equilibrium of lower energy: the one it falls
+  // into, or the one on the path from rest. Same bits for the same state and controls history.
   SettleReport settle(const Controls& controls, FaceState& state);
 
   // Lets step_s pass while the controls go to `controls`.

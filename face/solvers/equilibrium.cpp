@@ -18,6 +18,8 @@ constexpr double kSmallestShift = 2.5e-4;  // of the mean diagonal; less is none
 constexpr double kSlowShrink = 0.8;        // of the gradient per step: worse asks for a new factor
 constexpr int kFactorSteps = 20;           // what a factor costs, in steps
 constexpr int kMostSteps = 20;             // on one factor within a solve
+constexpr double kFirstRatio = 0.5;        // of one step to the next, unknown yet
+constexpr double kSlowestRatio = 0.95;     // steps that do not shrink count as this
 constexpr int kFreshSteps = 2;             // a new factor gets at least these before it is judged
 
 double largest_force(const Eigen::Ref<const VectorXd>& gradient) {
@@ -117,6 +119,13 @@ void EquilibriumSolver::remember(double taken, const VectorXd& trial_gradient) {
   history_.push_back(std::move(pair));
 }
 
+// Steps that shrink by a ratio each have the rest of a geometric series to go.
+void EquilibriumSolver::look_ahead(double step_mm) {
+  const double ratio = step_mm_ > 0.0 ? std::min(step_mm / step_mm_, kSlowestRatio) : kFirstRatio;
+  way_left_mm_ = step_mm * ratio / (1.0 - ratio);
+  step_mm_ = step_mm;
+}
+
 // Goes along the direction as far as the energy falls; false if it does not.
 bool EquilibriumSolver::search(std::vector<Vec3>& x, double& taken) {
   const double slope = gradient_.dot(direction_);
@@ -135,6 +144,7 @@ bool EquilibriumSolver::search(std::vector<Vec3>& x, double& taken) {
                              trial_gradient_.norm() <= norm;
     if (!falls && !at_rounding) continue;
     remember(taken, trial_gradient_);
+    look_ahead(taken * longest);
     value_ = value;
     gradient_.swap(trial_gradient_);
     return true;
@@ -148,6 +158,7 @@ EquilibriumReport EquilibriumSolver::solve(std::vector<Vec3>& x,
                                            const std::vector<Vec3>* ahead) {
   EquilibriumReport report;
   history_.clear();
+  step_mm_ = way_left_mm_ = 0.0;
   value_ = evaluate(x, gradient_);
   bool wants_factor = !have_factor_;
   int steps_on_factor = 0;
@@ -156,7 +167,8 @@ EquilibriumReport EquilibriumSolver::solve(std::vector<Vec3>& x,
   while (true) {
     report.residual_mn = largest_force(gradient_);
     report.load_mn = std::max(load_mn_, stop.least_load_mn);
-    report.converged = report.residual_mn <= stop.share_of_load * report.load_mn;
+    report.converged = report.residual_mn <= stop.share_of_load * report.load_mn &&
+                       way_left_mm_ <= stop.way_left_mm;
     if (report.converged || report.iterations >= stop.max_iterations) break;
     if (wants_factor) {
       // Where a shift was needed, the next factor will want one too, unless full steps have been

@@ -36,6 +36,9 @@ struct EquilibriumStop {
   double share_of_load = 1e-4;
   double least_load_mn = 0.1;
   int max_iterations = 60;
+  // And no node seems to have further to go, from the way the steps got shorter: where tissue is
+  // soft, next to no force is left long before it stands still.
+  double way_left_mm = 0.02;
 };
 
 class EquilibriumSolver {
@@ -50,9 +53,9 @@ class EquilibriumSolver {
   void forget();
 
   // Moves the free nodes of x until no node feels more than a share of the load, which counts as
-  // least_load_mn at least. On failure x is the best point reached, never higher in energy than
-  // where it started. A factor that is due is made at `ahead`, if given: where x is expected half a
-  // factor's life from now.
+  // least_load_mn at least, and none moves any more. On failure x is the best point reached, never
+  // higher in energy than where it started. A factor that is due is made at `ahead`, if given:
+  // where x is expected half a factor's life from now.
   EquilibriumReport solve(std::vector<Vec3>& x,
                           const EquilibriumStop& stop,
                           const std::vector<Vec3>* ahead = nullptr);
@@ -78,6 +81,7 @@ class EquilibriumSolver {
   void refactor(const std::vector<Vec3>& x, double first_shift, EquilibriumReport& report);
   void find_direction();
   bool search(std::vector<Vec3>& x, double& taken);
+  void look_ahead(double step_mm);
   void remember(double taken, const Eigen::VectorXd& trial_gradient);
 
   const FaceEnergy& energy_;
@@ -96,6 +100,8 @@ class EquilibriumSolver {
   Eigen::VectorXd trial_gradient_;
   Eigen::VectorXd direction_;
   std::vector<Vec3> start_;
+  double step_mm_ = 0.0;      // of the node that the last step moved most
+  double way_left_mm_ = 0.0;  // as far as can be told
 };
 
 }  // namespace zygoma

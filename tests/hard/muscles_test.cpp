@@ -150,32 +150,31 @@ double lowest_over_bone(const Lattice& lattice, const Anatomy& anatomy, const Fa
 
 TEST_F(HC25, FrontalisAndTheSkull) {
   const Anatomy patch = make_face_patch();
-  struct Case {
-    bool raw = false;
-    bool contact = false;
-  };
-  for (const auto& [raw, contact] : {Case{false, false}, Case{true, false}, Case{true, true}}) {
+  for (const bool raw : {false, true}) {
     const auto anatomy = shared(raw ? with_raw_muscles(patch, 0.35, 0.7) : patch);
-    TissueModel model;
-    if (contact) model.effects.push_back({"skull_contact", {}});
-    Simulator simulator(anatomy, model);
-    FaceState state = simulator.rest();
-    const SettleReport report = simulator.settle(with(*anatomy,
-                                                      {{"occipitofrontalis_inner", 1.0},
-                                                       {"occipitofrontalis_major", 1.0},
-                                                       {"occipitofrontalis_outer", 1.0}}),
-                                                 state);
-    EXPECT_TRUE(report.converged);
-    const double lowest = lowest_over_bone(simulator.lattice(), *anatomy, state);
-    const double at_rest_now = lowest_over_bone(simulator.lattice(), *anatomy, simulator.rest());
-    EXPECT_TRUE((raw && !contact) || lowest >= 0.0) << lowest;
-    record(std::string(raw ? "frontalis at raw 0.35, radii of 0.7 of the length"
-                           : "the standard frontalis at 1") +
-               (contact ? ", skull contact on" : ", no contact with the skull"),
-           "fascia at least " + figure(lowest) + " mm above the bone (" + figure(at_rest_now) +
-               " at rest); " + describe(report),
-           "distance >= 0",
-           lowest >= 0.0 ? Outcome::kHolds : Outcome::kOpen);
+    std::array<double, 2> lowest{};
+    std::string how;
+    for (const bool contact : {false, true}) {
+      TissueModel model;
+      if (contact) model.effects.push_back({"skull_contact", {}});
+      Simulator simulator(anatomy, model);
+      FaceState state = simulator.rest();
+      const SettleReport report = simulator.settle(with(*anatomy,
+                                                        {{"occipitofrontalis_inner", 1.0},
+                                                         {"occipitofrontalis_major", 1.0},
+                                                         {"occipitofrontalis_outer", 1.0}}),
+                                                   state);
+      EXPECT_TRUE(report.converged);
+      lowest[contact] = lowest_over_bone(simulator.lattice(), *anatomy, state);
+      how = describe(report);
+    }
+    EXPECT_GE(lowest[1], 0.0);
+    EXPECT_TRUE(!raw || lowest[0] < 0.0) << "the case is not hard any more";
+    record(raw ? "frontalis at raw 0.35, radii of 0.7 of the length, skull contact on"
+               : "the standard frontalis at 1, skull contact on",
+           "fascia at least " + figure(lowest[1]) + " mm above the bone (" + figure(lowest[0]) +
+               " without contact); " + how,
+           "distance >= 0");
   }
 }
 
@@ -444,16 +443,16 @@ Drift square_wave(double relative_residual) {
 }
 
 TEST_F(HC33, ASquareWaveDoesNotDrift) {
+  constexpr double kSettledMm = 0.02;  // what the usual tolerance leaves to go
   for (const double relative_residual : {1e-4, 1e-9}) {
     const Drift drift = square_wave(relative_residual);
     EXPECT_LT(drift.off_mm, 1e-4);
-    EXPECT_LT(drift.on_mm, relative_residual < 1e-8 ? 1e-3 : 5.0);
+    EXPECT_LT(drift.on_mm, relative_residual < 1e-8 ? 1e-3 : kSettledMm);
     record("smile switched between 0 and 1 at 15 Hz for 10 s, settled at every frame to " +
                figure(relative_residual) + " of the load",
            "off: within " + figure(drift.off_mm) + " mm of rest; on: within " +
                figure(drift.on_mm) + " mm of the first time",
-           "no drift, no energy growth",
-           drift.on_mm < 1e-2 ? Outcome::kHolds : Outcome::kOpen);
+           "no drift (" + figure(kSettledMm) + " mm), no energy growth");
   }
 }
 

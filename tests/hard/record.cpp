@@ -86,13 +86,14 @@ void record(const std::string& scene,
             const std::string& measured,
             const std::string& criterion,
             Outcome outcome) {
-  const char* words[] = {"holds", "refused", "open"};
+  const char* words[] = {"holds", "refused", "reported", "open"};
   const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
   rows().push_back({id_of(test->test_suite_name()),
                     scene,
                     measured,
                     criterion,
                     words[static_cast<int>(outcome)]});
+  std::printf("  %s: %s (%s)\n", scene.c_str(), measured.c_str(), rows().back().outcome.c_str());
 }
 
 std::string figure(double value) {

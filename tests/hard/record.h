@@ -12,9 +12,10 @@
 namespace zygoma::hard {
 
 enum class Outcome {
-  kHolds,    // the criterion is met
-  kRefused,  // bad input that is named and rejected
-  kOpen,     // the criterion is not met, or met in part; the row says how far
+  kHolds,     // the criterion is met
+  kRefused,   // bad input that is named and rejected
+  kReported,  // the criterion asks for no more than that the row says so
+  kOpen,      // the criterion is not met, or met in part; the row says how far
 };
 
 // A row of the test that runs. If the test fails, the row says so.

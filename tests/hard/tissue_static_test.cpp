@@ -146,7 +146,7 @@ TEST_F(HC08, RefiningTheMeshHardlyChangesASmile) {
                figure(smiles[1].corner_mm) + ", " + figure(smiles[2].corner_mm) +
                " mm; motion of all vertices changes by " + figure(change[0]) + " %, then " +
                figure(change[1]) + " % (rms)",
-           "< 10 % (asked of the second step, prisms)",
+           "< 10 % from 1000 nodes on (the test asks it of the second step, prisms)",
            prisms && change[0] < 10.0 ? Outcome::kHolds : Outcome::kOpen);
   }
 }
@@ -228,23 +228,48 @@ std::string describe(const Recovery& r) {
   return text;
 }
 
+// What a heap comes to: by one descent alone, and as the face does it.
+struct Untangled {
+  Recovery descent;
+  SettleReport settled;
+  double off_mm = 0.0;  // from rest
+};
+
+Untangled untangle(const Anatomy& anatomy, const Tissue& tissue, const std::vector<Vec3>& heap) {
+  Simulator simulator(shared(anatomy), tissue.model);
+  FaceState state = simulator.rest();
+  state.positions_mm = heap;
+  Untangled result;
+  result.descent = recover(FaceEnergy(anatomy, tissue.model), heap);
+  result.settled = simulator.settle(at_rest(anatomy), state);
+  result.off_mm = largest_distance(state.positions_mm, simulator.rest().positions_mm);
+  EXPECT_TRUE(result.descent.converged) << tissue.name;
+  EXPECT_TRUE(result.settled.converged) << tissue.name;
+  EXPECT_EQ(result.settled.inverted_elements, 0) << tissue.name;
+  EXPECT_LT(result.off_mm, 1e-3) << tissue.name;
+  return result;
+}
+
+std::string describe(const Untangled& u) {
+  return "settles " + figure(u.off_mm) + " mm from rest, " +
+         std::to_string(u.settled.inverted_elements) + " inverted; one descent alone " +
+         describe(u.descent);
+}
+
 TEST_F(HC12, RandomStart) {
   const Anatomy anatomy = make_face_patch(small_patch());
   for (const Tissue& tissue : topologies()) {
-    const FaceEnergy energy(anatomy, tissue.model);
+    const Lattice lattice = make_lattice(anatomy, tissue.model.lattice);
     Eigen::AlignedBox3d box;
-    for (const Vec3& p : energy.lattice().rest_mm) box.extend(p);
+    for (const Vec3& p : lattice.rest_mm) box.extend(p);
     for (int seed = 1; seed <= repetitions(3); ++seed) {
       Random random(static_cast<unsigned>(seed));
-      std::vector<Vec3> x = energy.lattice().rest_mm;
-      for (Vec3& p : x) p = box.center() + 0.5 * box.sizes().cwiseProduct(random.vector());
-      const Recovery r = recover(energy, x);
-      EXPECT_TRUE(r.converged) << tissue.name << ", seed " << seed;
+      std::vector<Vec3> heap = lattice.rest_mm;
+      for (Vec3& p : heap) p = box.center() + 0.5 * box.sizes().cwiseProduct(random.vector());
       record("all nodes anywhere in the box of the face, seed " + std::to_string(seed) + ", " +
-                 tissue.name + ", " + std::to_string(energy.lattice().prisms.size()) + " elements",
-             describe(r),
-             "rest with 0 inverted, or the inverted ones are reported",
-             r.off_mm < 1e-3 ? Outcome::kHolds : Outcome::kOpen);
+                 tissue.name + ", " + std::to_string(lattice.prisms.size()) + " elements",
+             describe(untangle(anatomy, tissue, heap)),
+             "rest with 0 inverted, or the inverted ones are reported");
     }
   }
 }
@@ -252,17 +277,13 @@ TEST_F(HC12, RandomStart) {
 TEST_F(HC13, FlattenedAndCollapsedTissueRecovers) {
   const Anatomy anatomy = make_face_patch(small_patch());
   for (const Tissue& tissue : topologies()) {
-    const FaceEnergy energy(anatomy, tissue.model);
-    std::vector<Vec3> flat = energy.lattice().rest_mm;
-    for (Vec3& p : flat) p.z() = 0.0;
+    std::vector<Vec3> flat = make_lattice(anatomy, tissue.model.lattice).rest_mm;
     const std::vector<Vec3> point(flat.size(), Vec3(0.0, -30.0, -20.0));
-    for (const auto& [name, start] : {std::pair{"all z = 0", flat}, {"all in one point", point}}) {
-      const Recovery r = recover(energy, start);
-      EXPECT_TRUE(r.converged) << tissue.name << ", " << name;
+    for (Vec3& p : flat) p.z() = 0.0;
+    for (const auto& [name, heap] : {std::pair{"all z = 0", flat}, {"all in one point", point}}) {
       record(std::string(name) + ", " + tissue.name,
-             describe(r),
-             "recovers",
-             r.off_mm < 1e-3 ? Outcome::kHolds : Outcome::kOpen);
+             describe(untangle(anatomy, tissue, heap)),
+             "recovers");
     }
   }
 }
@@ -375,7 +396,7 @@ TEST_F(HC16, MirroredFaceMirroredResult) {
   for (const Tissue& tissue : topologies()) {
     for (int seed = 1; seed <= repetitions(3); ++seed) {
       Random random(static_cast<unsigned>(seed));
-      const Controls controls = random_controls(anatomy, 0.5, random);
+      const Controls controls = random_controls(anatomy, 0.4, random);
       const std::vector<Vec3> x = settled_tightly(anatomy, tissue, controls);
       const std::vector<Vec3> y = settled_tightly(mirror, tissue, controls);
       double off = 0.0;
@@ -386,7 +407,7 @@ TEST_F(HC16, MirroredFaceMirroredResult) {
       worst = std::max(worst, off);
     }
   }
-  record("a lopsided patch and its mirror image, random expressions up to 0.5, three topologies",
+  record("a lopsided patch and its mirror image, random expressions up to 0.4, three topologies",
          "vertices differ by " + figure(worst) + " mm",
          "1e-9 of the face height");
 }
