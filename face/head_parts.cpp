@@ -82,7 +82,7 @@ RigidPart eyeball(const HeadShape& shape, bool left) {
   return part;
 }
 
-constexpr DentalArch kUpperArch{27.0, 33.0, 11.5, -71.0, 14.0};
+constexpr DentalArch kUpperArch{27.0, 33.0, 11.5, -71.8, 14.0};
 constexpr DentalArch kLowerArch{25.0, 31.0, 9.0, -70.0, 14.0};
 
 // A dental arch in plan, `wider` by so much: x(u), z(u), u in [-1, 1] from the subject's right to
@@ -93,9 +93,11 @@ Vec2 arch_at(double u, const DentalArch& arch, double wider_mm = 0.0) {
           arch.front_z_mm - arch.depth_mm * (1.0 - std::pow(std::cos(a), 0.8))};
 }
 
+// A row of teeth with gum: the outer face from gum to edge, round the edge and up the inner face.
 RigidPart teeth(const HeadShape& shape, bool upper) {
   constexpr int kColumns = 121;
-  constexpr int kRows = 11;
+  constexpr int kOuter = 11;
+  constexpr int kRows = kOuter + 5;
   RigidPart part;
   part.name = upper ? "teeth_upper" : "teeth_lower";
   part.bone = upper ? Bone::kSkull : Bone::kMandible;
@@ -115,7 +117,9 @@ RigidPart teeth(const HeadShape& shape, bool upper) {
     arc_at[kColumns - 1 - c] = arc;
   }
   for (int r = 0; r < kRows; ++r) {
-    const double v = r / (kRows - 1.0);  // 0 at the cutting edge, 1 in the gum
+    // 0 at the cutting edge, 1 in the gum.
+    const double v = r < kOuter ? 1.0 - r / (kOuter - 1.0) : (r - kOuter + 0.6) / (kRows - kOuter);
+    const double behind = r < kOuter ? 0.0 : 0.35 + 0.65 * std::sqrt(v);
     for (int c = 0; c < kColumns; ++c) {
       const double u = (2.0 * c) / (kColumns - 1.0) - 1.0;
       double start = 0.0;
@@ -124,53 +128,56 @@ RigidPart teeth(const HeadShape& shape, bool upper) {
         start += widths[tooth++];
       const double across = std::clamp((arc_at[c] - start) / widths[tooth], 0.0, 1.0);
       const double middle = 4.0 * across * (1.0 - across);  // 0 between two teeth
-      const Vec2 plan = arch_at(u, arch, 0.9 * std::pow(middle, 0.4) * (1 - v));
+      // Cutting teeth are thin, those that grind as thick as wide.
+      const double thick = behind * (5.0 + 4.5 * smooth_step(0.25, 0.6, std::abs(u)));
+      const Vec2 plan = arch_at(u, arch, 0.9 * std::pow(middle, 0.4) * (1 - v) - thick);
       const double height = (tooth == 1 && upper ? 0.8 : 0.0) + 0.6 * (1.0 - std::pow(middle, 0.3));
       const double up = arch.height_mm * v + (1.0 - v) * height;
-      const double belly =
-          0.9 * std::pow(middle, 0.35) * smooth_step(0.85, 0.4, v) - 2.2 * bump(v / 0.08);
+      const double belly = r < kOuter ? 0.9 * std::pow(middle, 0.35) * smooth_step(0.85, 0.4, v) -
+                                            2.2 * bump(v / 0.08)
+                                      : -thick * std::cos(0.5 * M_PI * u);
       const double y = arch.edge_y_mm + (upper ? up : -up);
       part.mesh.positions_mm.push_back(
           shape.warp(Vec3(plan.x(), y, plan.y() + belly + (upper ? 0.0 : -0.4))));
-      const double gum_line = 0.66 + 0.12 * (1.0 - middle);
+      const double gum_line = (behind > 0.0 ? 0.42 : 0.66) + 0.12 * (1.0 - middle);
       Colour colour =
           mix(Colour(0.76F, 0.66F, 0.49F), Colour(0.88F, 0.80F, 0.65F), middle * (1.0 - v));
       colour = mix(Colour(0.16F, 0.10F, 0.08F), colour, 0.15 + std::pow(middle, 0.35));
       colour = mix(
           colour, Colour(0.42F, 0.13F, 0.12F), smooth_step(gum_line - 0.06, gum_line + 0.04, v));
-      // The cheeks shade the back of the arch.
+      // The cheeks shade the back of the arch, and the mouth its inner face.
+      if (behind > 0.0) colour *= 0.45F;
       part.albedo.push_back(colour * static_cast<float>(1.0 - 0.75 * std::abs(u) * std::abs(u)));
     }
   }
   join_grid(part, kRows, kColumns, false);
-  if (upper) {
+  if (!upper) {
     for (Triangle& t : part.mesh.triangles) std::swap(t[1], t[2]);
   }
   return part;
 }
 
-// Closed blob: an ellipsoid, seen from outside (tongue) or from inside (mouth cavity).
-RigidPart ellipsoid(const HeadShape& shape,
-                    const Vec3& centre,
-                    const Vec3& half_axes,
-                    const std::function<Colour(const Vec3&)>& colour,
-                    bool inside) {
+// An ellipsoid on the floor of the mouth.
+RigidPart tongue(const HeadShape& shape) {
   constexpr int kRings = 20;
   constexpr int kAround = 28;
+  const Vec3 centre(0.0, -82.5, -17.0);
+  const Vec3 half_axes(17.5, 7.0, 21.0);
   RigidPart part;
+  part.name = "tongue";
+  part.bone = Bone::kMandible;
+  part.gloss = 0.5F;
   for (int r = 0; r < kRings; ++r) {
     const double a = M_PI * (0.0005 + 0.999 * r / (kRings - 1.0));
     for (int k = 0; k < kAround; ++k) {
       const double b = 2.0 * M_PI * k / kAround;
       const Vec3 unit(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a));
       part.mesh.positions_mm.push_back(shape.warp(centre + half_axes.cwiseProduct(unit)));
-      part.albedo.push_back(colour(unit));
+      part.albedo.push_back(
+          mix(Colour(0.10F, 0.025F, 0.025F), Colour(0.40F, 0.13F, 0.12F), unit.z()));
     }
   }
   join_grid(part, kRings, kAround, true);
-  if (inside) {
-    for (Triangle& t : part.mesh.triangles) std::swap(t[1], t[2]);
-  }
   return part;
 }
 
@@ -371,32 +378,7 @@ Teeth make_teeth(const HeadShape& shape) {
 std::vector<RigidPart> make_rigid_parts(const HeadShape& shape, const Identity& identity) {
   std::vector<RigidPart> parts{
       eyeball(shape, true), eyeball(shape, false), teeth(shape, true), teeth(shape, false)};
-  RigidPart tongue = ellipsoid(
-      shape,
-      Vec3(0.0, -80.0, -16.0),
-      Vec3(17.0, 7.0, 21.0),
-      [](const Vec3& unit) {
-        return Colour(mix(Colour(0.10F, 0.025F, 0.025F), Colour(0.40F, 0.13F, 0.12F), unit.z()));
-      },
-      false);
-  tongue.name = "tongue";
-  tongue.bone = Bone::kMandible;
-  tongue.gloss = 0.5F;
-  parts.push_back(tongue);
-  RigidPart cavity = ellipsoid(
-      shape,
-      Vec3(0.0, -74.0, -28.0),
-      Vec3(36.0, 34.0, 34.0),
-      [](const Vec3& unit) {
-        return Colour(mix(Colour(0.012F, 0.004F, 0.004F), Colour(0.05F, 0.014F, 0.013F), unit.z()));
-      },
-      true);
-  // Open towards the lips.
-  std::vector<Triangle>& triangles = cavity.mesh.triangles;
-  const std::vector<Vec3>& p = cavity.mesh.positions_mm;
-  std::erase_if(triangles, [&](const Triangle& t) { return p[t[0]].z() > -7.0; });
-  cavity.name = "mouth_cavity";
-  parts.push_back(cavity);
+  parts.push_back(tongue(shape));
   parts.push_back(ear(shape, identity, true));
   parts.push_back(ear(shape, identity, false));
   parts.push_back(shirt(identity));

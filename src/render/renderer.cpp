@@ -506,6 +506,7 @@ Point Renderer::Impl::slope_of(const Triangle& triangle, const Eigen::Array2f& s
 void Renderer::Impl::shade(const Hit* hit, int count, const Shader& shader, Colour* out) const {
   ShadePacket packet;
   std::array<bool, kLanes> skin{};
+  std::array<bool, kLanes> from_inside{};
   for (int i = 0; i < kLanes; ++i) {
     const Hit& h = hit[std::min(i, count - 1)];
     const auto& [a, b, c] = triangles[h.triangle];
@@ -519,6 +520,9 @@ void Renderer::Impl::shade(const Hit* hit, int count, const Shader& shader, Colo
     const int part = triangle_part[h.triangle];
     packet.gloss[i] = parts[part].gloss;
     skin[i] = part == 0;
+    constexpr float kInside = -0.12F;
+    from_inside[i] =
+        parts[part].gloss <= 0.0F && normal.dot(to_camera) < kInside * to_camera.norm();
     Colour albedo;
     if (skin[i]) {
       const SkinTexture::Texel texel = texel_of(h);
@@ -550,12 +554,10 @@ void Renderer::Impl::shade(const Hit* hit, int count, const Shader& shader, Colo
   // Hair is dark against the skin around it, and rough: it does not shine like skin.
   packet.shine = (1.4F / skin_level * packet.albedo[1] - 0.25F).max(0.12F).min(1.0F);
   const std::array<Lanes, 3> colour = shader(packet);
-  // The inside of the skin, seen through the open mouth: flesh in the dark.
-  constexpr float kInside = -0.12F;
-  static const Colour flesh(0.05F, 0.015F, 0.012F);
-  const Lanes facing = dot(packet.normal, packet.to_camera);
+  // The inside of the head, seen through the open mouth: flesh in the dark.
+  static const Colour flesh(0.020F, 0.0055F, 0.0045F);
   for (int i = 0; i < count; ++i) {
-    const bool inside = skin[i] && facing[i] < kInside;
+    const bool inside = from_inside[i];
     for (int k = 0; k < 3; ++k) {
       out[i][k] = inside ? packet.albedo[k][i] * flesh[k] : colour[k][i];
     }
