@@ -194,10 +194,10 @@ class Painter {
     const double d = front.y() - line(x);
     const double height = d > 0.0 ? upper(x) - line(x) : line(x) - lower(x);
     const double out = std::abs(d) - height;
-    const double red = smooth_step(0.55, -0.65, out) * smooth_step(26.6, 24.2, x);
+    const double red = smooth_step(1.0, -1.1, out) * smooth_step(26.6, 24.2, x);
     const double fine = noise(domain.x() / 0.7, domain.y() / 5.0, identity_.texture_seed + 5);
-    Colour lip = identity_.skin_tone.cwiseProduct(d > 0.0 ? Colour(0.815F, 0.60F, 0.60F)
-                                                          : Colour(0.88F, 0.66F, 0.655F));
+    Colour lip = identity_.skin_tone.cwiseProduct(d > 0.0 ? Colour(0.845F, 0.655F, 0.655F)
+                                                          : Colour(0.91F, 0.72F, 0.715F));
     lip *= static_cast<float>(1.0 + 0.05 * fine);
     colour = mix(colour, lip, 0.92 * red);
     // Paler roll around the red, and the dark line between the lips.

@@ -185,13 +185,15 @@ RigidPart tongue(const HeadShape& shape) {
 // 1 at the outline.
 double ear_relief(double p, double q, double rho) {
   const double upper_back = smooth_step(-24.0, -6.0, q) * smooth_step(-15.0, -6.0, p + 0.25 * q);
-  double h = 0.30 * (p + 13.0);                       // stands off at the back
+  double h = 3.2 + 0.26 * (p + 13.0);                 // stands off at the back
   h += 3.4 * upper_back * bump((rho - 0.90) / 0.10);  // helix
-  h -= 2.2 * upper_back * bump((rho - 0.72) / 0.09);  // scapha
+  h -= 2.4 * upper_back * bump((rho - 0.72) / 0.09);  // scapha
   h += 2.6 * upper_back * bump((std::hypot(p + 2.0, 0.62 * q) / 11.5 - 0.80) / 0.20);  // antihelix
-  h -= 8.0 * bump(std::hypot((p + 3.5) / 7.0, (q + 3.0) / 9.0));                       // concha
-  h += 4.2 * bump(std::hypot((p + 11.5) / 3.4, (q + 5.0) / 5.0));                      // tragus
-  h += 1.6 * bump(std::hypot((p + 3.0) / 8.0, (q + 24.0) / 7.0));                      // lobe
+  h -= 5.4 * bump(std::hypot((p + 3.0) / 6.5, (q + 3.0) / 9.0));                       // concha
+  h += 1.4 * bump(std::hypot((p + 3.0) / 8.0, (q + 24.0) / 7.0));                      // lobe
+  // The front edge runs out into the cheek, but for the flap before the ear's opening.
+  h -= 8.0 * smooth_step(0.55, 1.0, rho) * smooth_step(-2.0, -9.0, p);
+  h += 6.5 * bump(std::hypot((p + 11.0) / 3.2, (q + 5.5) / 5.0));  // tragus
   return h - 3.0 * smooth_step(0.92, 1.0, rho);
 }
 
