@@ -82,8 +82,8 @@ RigidPart eyeball(const HeadShape& shape, bool left) {
   return part;
 }
 
-constexpr DentalArch kUpperArch{27.0, 33.0, 11.5, -71.8, 14.0};
-constexpr DentalArch kLowerArch{25.0, 31.0, 9.0, -70.0, 14.0};
+constexpr DentalArch kUpperArch{29.0, 33.0, 11.5, -71.8, 14.0};
+constexpr DentalArch kLowerArch{27.0, 31.0, 9.0, -70.0, 14.0};
 
 // A dental arch in plan, `wider` by so much: x(u), z(u), u in [-1, 1] from the subject's right to
 // left.

@@ -400,7 +400,7 @@ void Renderer::Impl::light_vertices(const Shader& shader) {
   frame_of(l, t, b);
   constexpr float kLightSize = 0.10F;
   constexpr float kShadowReach = 200.0F;  // mm: from the head onto the shoulders
-  constexpr int kRays = 1;
+  constexpr int kRays = 2;
   constexpr int kVertices = kPacket / kRays;  // in a packet
   towards_key.clear();
   for (const int v : in_space_order) {
@@ -425,7 +425,7 @@ void Renderer::Impl::light_vertices(const Shader& shader) {
         valid[i] = item < count ? -1 : 0;
         const int v = towards_key[std::min(item, count - 1)];
         const Point from = points[v] + 0.4F * normals[v];
-        const Point& d = samples[(v * 7) % 32];
+        const Point& d = samples[(7 * v + 5 * (i / kVertices)) % 32];
         set_ray(rays, i, from, d, 0.3F, kShadowReach);
       }
       find_shadows(valid, scene, &rays, true);
