@@ -189,7 +189,7 @@ double ear_relief(double p, double q, double rho) {
   h += 3.4 * upper_back * bump((rho - 0.90) / 0.10);  // helix
   h -= 2.4 * upper_back * bump((rho - 0.72) / 0.09);  // scapha
   h += 2.6 * upper_back * bump((std::hypot(p + 2.0, 0.62 * q) / 11.5 - 0.80) / 0.20);  // antihelix
-  h -= 5.4 * bump(std::hypot((p + 3.0) / 6.5, (q + 3.0) / 9.0));                       // concha
+  h -= 4.4 * bump(std::hypot((p + 3.0) / 6.5, (q + 3.0) / 9.0));                       // concha
   h += 1.4 * bump(std::hypot((p + 3.0) / 8.0, (q + 24.0) / 7.0));                      // lobe
   // The front edge runs out into the cheek, but for the flap before the ear's opening.
   h -= 8.0 * smooth_step(0.55, 1.0, rho) * smooth_step(-2.0, -9.0, p);

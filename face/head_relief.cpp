@@ -13,9 +13,10 @@ namespace {
 // A line along which skin folds, in the frontal picture, x >= 0.
 struct FurrowLine {
   std::vector<Vec2> points;
-  double spacing_mm;  // to the next fold
-  double width_mm;    // half width of its bottom
-  double strength;    // share of the amplitude that shows here
+  double spacing_mm;   // to the next fold
+  double width_mm;     // half width of its bottom
+  double strength;     // share of the amplitude that shows here
+  double bulge = 0.0;  // height of a cushion on the left of the way, over the furrow's depth
 };
 
 // Forehead lines are not ruled: they dip in the middle and waver.
@@ -40,15 +41,15 @@ const std::vector<FurrowLine>& furrow_lines() {
       {{{0.0, 5.5}, {4.0, 5.3}, {8.0, 6.5}}, 6.0, 0.9, 0.8},          // root of the nose
       {{{6.5, -5.0}, {9.5, -8.0}, {12.0, -12.5}}, 5.0, 0.8, 0.8},     // its sides
       {{{7.0, -10.5}, {10.5, -14.0}, {13.0, -19.0}}, 5.0, 0.8, 0.8},  //
-      {{{49.0, 2.0}, {55.0, 5.5}, {62.0, 11.0}}, 6.0, 0.8, 0.9},      // crow's feet
-      {{{50.0, -1.8}, {57.0, -1.6}, {65.0, -0.5}}, 6.0, 0.8, 1.0},    //
-      {{{49.5, -5.5}, {55.5, -9.0}, {62.0, -14.0}}, 6.0, 0.8, 0.9},   //
+      {{{49.0, 2.0}, {55.0, 5.5}, {62.0, 11.0}}, 8.0, 0.9, 1.0},      // crow's feet
+      {{{50.0, -1.8}, {57.0, -1.6}, {65.0, -0.5}}, 8.0, 0.9, 1.1},    //
+      {{{49.5, -5.5}, {55.5, -9.0}, {62.0, -14.0}}, 8.0, 0.9, 1.0},   //
       {{{19.0, -9.0}, {26.0, -13.2}, {34.0, -13.8}, {43.0, -10.5}},
        7.0,
        0.9,
        0.6},                                                             // below the eye
-      {{{23.0, -18.0}, {33.0, -20.5}, {43.0, -17.5}}, 7.0, 1.0, 0.45},   //
-      {furrow_line(), 14.0, 2.3, 0.85},                                  // nose to mouth
+      {{{23.0, -18.0}, {33.0, -20.5}, {43.0, -17.5}}, 8.0, 1.2, 0.6},    //
+      {furrow_line(), 14.0, 2.2, 1.15, 0.5},                             // nose to mouth
       {{{37.0, -57.0}, {41.0, -66.0}, {41.5, -78.0}}, 12.0, 2.4, 0.4},   // round the smile
       {{{29.5, -74.0}, {32.5, -82.0}, {33.5, -91.0}}, 10.0, 1.8, 0.45},  // mouth to chin
       {{{0.0, -87.5}, {8.0, -87.0}, {15.5, -84.0}}, 11.0, 2.0, 0.6},     // above the chin
@@ -87,8 +88,8 @@ bool near(const FurrowLine& line, const Vec2& p, double reach) {
 
 // Lines end softly, but run on over the middle of the face.
 double fade(const FurrowLine& line, double along) {
-  const double start = line.points.front().x() == 0.0 ? 1.0 : smooth_step(0.0, 0.25, along);
-  return start * smooth_step(1.0, 0.72, along);
+  const double start = line.points.front().x() == 0.0 ? 1.0 : smooth_step(0.0, 0.20, along);
+  return start * smooth_step(1.0, 0.75, along);
 }
 
 double furrow_height(const Vec2& front) {
@@ -100,8 +101,8 @@ double furrow_height(const Vec2& front) {
     const double d = at.distance_mm / w;
     if (std::abs(d) > 5.0) continue;
     // A narrow bottom between two rounded shoulders.
-    const double profile =
-        0.42 * (bump((d - 2.1) / 1.3) + bump((d + 2.1) / 1.3)) - bump(d) * (1.0 + 0.1);
+    const double profile = 0.42 * (bump((d - 2.1) / 1.3) + bump((d + 2.1) / 1.3)) +
+                           line.bulge * bump((d - 2.6) / 1.9) - 1.1 * bump(d);
     height += line.strength * fade(line, at.along) * profile;
   }
   return std::max(-1.2, height);

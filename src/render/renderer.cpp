@@ -532,7 +532,7 @@ void Renderer::Impl::shade(const Hit* hit, int count, const Shader& shader, Colo
       normal -= slope_of(triangles[h.triangle], texel.segment<2>(3) + furrow * texel.segment<2>(5));
       // A narrow furrow sees little of the light.
       const float depth = furrow * std::max(0.0F, -texel[7]);
-      packet.ambient[i] /= 1.0F + 0.6F * depth;
+      packet.ambient[i] /= 1.0F + 0.75F * depth;
       packet.key[i] /= 1.0F + 0.25F * depth;
     } else {
       albedo = w * part_albedo[a] + u * part_albedo[b] + v * part_albedo[c];
