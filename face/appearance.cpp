@@ -185,6 +185,26 @@ class Painter {
     return colour;
   }
 
+  // The shadow of a beard and its short hairs: jaw, chin and upper lip.
+  void stubble(const Vec2& domain, const Vec2& front, Colour& colour) const {
+    const double x = front.x();
+    const double y = front.y();
+    // Up to a line from the corner of the mouth to the ear, down to the throat.
+    const double cheek = smooth_step(7.0, -7.0, y - (-66.0 + 0.55 * std::max(0.0, x - 26.0)));
+    const double lip = smooth_step(30.0, 24.0, x) * smooth_step(-49.0, -54.0, y);
+    const double throat = smooth_step(-138.0, -118.0, domain.y());
+    const double back = smooth_step(112.0, 98.0, std::abs(domain.x()));
+    const double grows = identity_.stubble * std::max(cheek, lip) * throat * back;
+    if (grows <= 0.0) return;
+    const std::uint32_t seed = identity_.texture_seed;
+    const double patchy = 0.85 + 0.15 * noise(domain.x() / 9.0, domain.y() / 9.0, seed + 61);
+    const double hairs = noise(domain.x() / 0.8, domain.y() / 1.1, seed + 62) +
+                         0.7 * noise(domain.x() / 0.5, domain.y() / 0.7, seed + 63);
+    const Colour shadow = colour.cwiseProduct(Colour(0.70F, 0.72F, 0.76F));
+    colour = mix(colour, shadow, 0.75 * grows * patchy);
+    colour = mix(colour, dark_, 0.62 * grows * patchy * smooth_step(0.15, 0.9, hairs));
+  }
+
   void lips(const Vec2& domain, const Vec2& front, Colour& colour) const {
     static const FunctionCurve line(mouth_line());
     static const FunctionCurve upper(upper_lip_border());
@@ -233,6 +253,7 @@ class Painter {
     const double thick = shape_.hair_mm(domain);
     if (thick > kThick) return hair(domain, thick, identity_.skin_tone);
     Colour colour = skin_colour(domain, front);
+    if (identity_.stubble > 0.0) stubble(domain, front, colour);
     const bool in_front = std::abs(domain.x()) < 75.0 && domain.y() < 60.0 && domain.y() > -120.0;
     if (in_front) {
       lips(domain, front, colour);

@@ -161,6 +161,7 @@ void Identity::check() const {
   require_range("identity: brow_height_mm", brow_height_mm, -4.0, 5.0);
   require_range("identity: eye_distance", eye_distance, 0.93, 1.08);
   require_range("identity: chin_length", chin_length, 0.85, 1.20);
+  require_range("identity: stubble", stubble, 0.0, 1.0);
   require_colour("identity: skin_tone", skin_tone);
   require_colour("identity: hair_tone", hair_tone);
 }

@@ -386,8 +386,8 @@ TEST_P(HeadFit, ComesWithinMillimetresOfThisHead) {
   EXPECT_NO_THROW(fit.identity.check());
 }
 
-INSTANTIATE_TEST_SUITE_P(Scans, HeadFit, testing::ValuesIn(scans()), [](const auto& info) {
-  const std::string& file = info.param.file;
+INSTANTIATE_TEST_SUITE_P(Scans, HeadFit, testing::ValuesIn(scans()), [](const auto& scan) {
+  const std::string& file = scan.param.file;
   return file.substr(0, file.find('/'));
 });
 

@@ -99,6 +99,28 @@ TEST(Renderer, TheDefaultHeadIsFoundAsAFaceWithTwoEyes) {
   EXPECT_EQ(two.size(), 2U);
 }
 
+TEST(Renderer, ShowsTheFurrowsOfSkinThatIsPushedTogether) {
+  // The same deformed skin on an anatomy that does not fold: what differs is the furrows' shading.
+  Anatomy smooth = *head();
+  smooth.skin.furrow_sites.clear();
+  std::vector<Vec3> skin = head()->skin.mesh.positions_mm;
+  for (Vec3& p : skin) {
+    if (p.y() > 20.0) p.y() = 20.0 + 0.85 * (p.y() - 20.0);
+  }
+  const Camera camera = make_camera(320, 160, Vec3(0.0, 38.0, 0.0), 60.0);
+  const auto contrast = [&](std::shared_ptr<const Anatomy> anatomy) {
+    Renderer renderer(std::move(anatomy));
+    cv::Mat bgr, grey;
+    renderer.render(skin, 0.0, camera, bgr);
+    cv::cvtColor(bgr(cv::Rect(90, 42, 140, 54)), grey, cv::COLOR_BGR2GRAY);
+    cv::Mat blurred;
+    grey.convertTo(grey, CV_32F);
+    cv::GaussianBlur(grey, blurred, {0, 0}, 12.0);
+    return cv::norm(grey, blurred, cv::NORM_L2) / std::sqrt(static_cast<double>(grey.total()));
+  };
+  EXPECT_GT(contrast(head()), 2.0 * contrast(std::make_shared<const Anatomy>(std::move(smooth))));
+}
+
 template <typename Parse>
 std::string refusal(Parse parse, const std::string& text) {
   try {
