@@ -202,7 +202,7 @@ class Painter {
                          0.7 * noise(domain.x() / 0.5, domain.y() / 0.7, seed + 63);
     const Colour shadow = colour.cwiseProduct(Colour(0.70F, 0.72F, 0.76F));
     colour = mix(colour, shadow, 0.75 * grows * patchy);
-    colour = mix(colour, dark_, 0.62 * grows * patchy * smooth_step(0.15, 0.9, hairs));
+    colour = mix(colour, dark_, 0.42 * grows * patchy * smooth_step(0.0, 1.0, hairs));
   }
 
   void lips(const Vec2& domain, const Vec2& front, Colour& colour) const {
