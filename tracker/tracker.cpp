@@ -517,4 +517,10 @@ ContourSet Tracker::track(const Frame& frame) {
 
 const TrackReport& Tracker::report() const { return impl_->report; }
 
+const Similarity* Tracker::head() const {
+  return impl_->tracking ? &impl_->last.image_from_chart : nullptr;
+}
+
+const LipMap& Tracker::lips() const { return impl_->lips; }
+
 }  // namespace zygoma

@@ -7,6 +7,8 @@
 
 #include "tracker/contour_set.h"
 #include "tracker/frame.h"
+#include "tracker/head_frame.h"
+#include "tracker/lip_map.h"
 
 namespace zygoma {
 
@@ -54,6 +56,11 @@ class Tracker {
   ContourSet track(const Frame& frame);
 
   const TrackReport& report() const;
+
+  // Where the face was in the last frame, image from chart; null if it was not found.
+  const Similarity* head() const;
+  // What skin and lips of this face look like.
+  const LipMap& lips() const;
 
  private:
   struct Impl;

@@ -43,6 +43,7 @@ SessionStage stage_of(const StageFigures& figures) {
 SessionStage stage_of(const TrackedVideo& tracked) {
   SessionStage stage = stage_of(tracked.figures);
   stage.figures.emplace_back("frames_with_face", tracked.frames_with_face);
+  stage.figures.emplace_back("contours_corrected", tracked.contours_corrected);
   return stage;
 }
 

@@ -19,6 +19,7 @@ class TrackingOptions {
  private:
   TrackerOptions tracker_;
   std::string init_path_;
+  std::string corrections_path_;
 };
 
 }  // namespace zygoma

@@ -28,6 +28,8 @@ TrackedVideo track_video(const std::string& path,
     while (const std::optional<Frame> frame = frames.next()) {
       result.contours.push_back(tracker.track(*frame));
       if (tracker.report().face_found) ++result.frames_with_face;
+      const Similarity* head = tracker.head();
+      result.heads.push_back(head ? std::optional(*head) : std::nullopt);
       observer.update(static_cast<int>(result.contours.size()));
       if (stop && stop()) {
         result.stopped = true;
@@ -42,6 +44,7 @@ TrackedVideo track_video(const std::string& path,
               ", expected a frontal face at least 80 pixels wide, or contours of the first frame "
               "to start from");
   observer.end();
+  result.lips = tracker.lips();
   result.figures = {"track", static_cast<int>(result.contours.size()), watch.elapsed_ms()};
   result.repaired_timestamps = reader.repaired_timestamps();
   result.time_from_container = reader.has_time_stamps();

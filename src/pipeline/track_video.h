@@ -15,12 +15,15 @@ namespace zygoma {
 
 struct TrackedVideo {
   VideoInfo info;
-  std::vector<ContourSet> contours;  // one per decoded frame
+  std::vector<ContourSet> contours;              // one per decoded frame
+  std::vector<std::optional<Similarity>> heads;  // image from chart; none where there is no face
+  LipMap lips;                                   // of this face
   std::vector<int> repaired_timestamps;
   bool time_from_container = true;  // false: the file has no time stamps
   bool ended_early = false;         // the file holds fewer pictures than it claims
   bool stopped = false;
   int frames_with_face = 0;
+  int contours_corrected = 0;  // contours, frame by frame, that corrections changed
   StageFigures figures;
 };
 

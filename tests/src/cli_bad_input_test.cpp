@@ -121,6 +121,8 @@ TEST_F(BadInputTest, MissingFile) {
   expect_refused({"run", video, "-o", folder_ / "out", "--truth", missing_table}, {missing_table});
   expect_refused({"run", video, "-o", folder_ / "out", "--init", missing_table}, {missing_table});
   expect_refused({"track", video, "-o", folder_ / "out", "--init", missing_table}, {missing_table});
+  expect_refused({"track", video, "-o", folder_ / "out", "--corrections", missing_table},
+                 {missing_table, "expected a corrections file"});
   expect_refused({"track", video, "-o", folder_ / "out", "--cascades", missing_table},
                  {missing_table});
 }

@@ -13,6 +13,7 @@
 #include "src/io/atomic_file.h"
 #include "src/io/contours_file.h"
 #include "src/io/contractions_file.h"
+#include "src/io/corrections_file.h"
 #include "src/io/output_folder.h"
 #include "src/io/session_file.h"
 #include "src/io/text.h"
@@ -369,6 +370,58 @@ TEST(InitialContoursTest, NamesFilePlaceAndValue) {
   expect(R"({"frame": 1.5, "contours": {"nose_tip": [[0, 0], [1, 1]]}})", {"frame: '1.5'"});
 }
 
+TEST(CorrectionsFileTest, ReadsWhatIsInForce) {
+  const ScratchFolder folder;
+  const std::string spring =
+      R"({"id":1,"frame":57,"contour":"upper_lip","kind":"spring","s":0,"x":212.4,"y":301.7})";
+  const std::string volcano =
+      R"({"id":2,"frame":58,"contour":"brow_left","kind":"volcano","x":9,"y":8,"k":3,"radius":12})";
+  const auto ids = [&](const std::string& text) {
+    std::vector<int> found;
+    for (const Correction& c : read_corrections(folder.write("c.jsonl", text))) {
+      found.push_back(c.id);
+    }
+    return found;
+  };
+  const std::string both = spring + "\r\n\n" + volcano + "\n";
+  const auto corrections = read_corrections(folder.write("c.jsonl", both));
+  ASSERT_EQ(corrections.size(), 2U);
+  EXPECT_EQ(corrections[0].frame, 57);
+  EXPECT_EQ(corrections[0].contour, "upper_lip");
+  EXPECT_EQ(corrections[0].at_px, Point2(212.4, 301.7));
+  EXPECT_EQ(corrections[0].stiffness, Correction{}.stiffness);
+  EXPECT_EQ(corrections[1].force, MouseForce::kVolcano);
+  EXPECT_EQ(corrections[1].radius, 12.0);
+  EXPECT_EQ(ids(both + R"({"id":3,"undo":1})"), std::vector<int>{2});
+  EXPECT_EQ(ids(both + "{\"id\":3,\"undo\":1}\n{\"id\":4,\"undo\":3}"), (std::vector<int>{1, 2}));
+  EXPECT_TRUE(ids("\n").empty());
+}
+
+TEST(CorrectionsFileTest, NamesFileLineAndValue) {
+  const ScratchFolder folder;
+  const auto expect = [&](const std::string& line, std::vector<std::string> words) {
+    const std::string path = folder.write("c.jsonl", "\n" + line + "\n");
+    words.push_back(path + ":2");
+    expect_complaint([&] { read_corrections(path); }, words);
+  };
+  const auto with = [](const std::string& entries) {
+    return R"({"id":1,"contour":"upper_lip","kind":"spring","s":0.5,"x":1,"y":2,)" + entries + "}";
+  };
+  expect("frame 3", {"'frame 3'", "expected a corrections file"});
+  expect("[1]", {"'[1]'", "expected a corrections file"});
+  expect(R"({"id":1,"frame":3})", {"no contour"});
+  expect(with(R"("k":3)"), {"no frame"});
+  expect(with(R"("frame":-3)"), {"frame", "'-3'", "whole number"});
+  expect(with(R"("frame":3,"k":-1)"), {"correction 1: k is -1, expected 0.001"});
+  expect(with(R"("frame":3,"radius":5)"), {"radius is 5, expected 0.001 to 1"});
+  expect(with(R"("frame":3,"colour":5)"), {"colour", "no such entry"});
+  expect(R"({"id":1,"frame":3,"contour":"nose","kind":"pin","s":0,"x":1,"y":2})",
+         {"contour is \"nose\""});
+  expect(R"({"id":1,"frame":3,"contour":"upper_lip","kind":"push"})",
+         {"kind", "'\"push\"'", "spring, pin or volcano"});
+  expect(R"({"id":1,"undo":7})", {"no event has the id 7"});
+}
+
 // Damaged files: either they still make sense or the complaint is an InputError of one line.
 TEST(DamagedFilesTest, AreReadOrRefusedButNeverAnythingElse) {
   const ScratchFolder folder;
@@ -377,6 +430,8 @@ TEST(DamagedFilesTest, AreReadOrRefusedButNeverAnythingElse) {
   const std::string contractions = bytes_of(folder / "contractions.csv");
   const std::string contours = bytes_of(folder / "contours.csv");
   const std::string json = R"({"frame": 3, "contours": {"nose_tip": [[1, 2], [3.5, 4e2]]}})";
+  const std::string corrections =
+      R"({"id":2,"frame":58,"contour":"brow_left","kind":"volcano","x":9,"y":8,"radius":12})";
   std::mt19937 random(5);
   int refused = 0;
   const auto read_damaged = [&](std::string bytes, const auto& read) {
@@ -403,9 +458,10 @@ TEST(DamagedFilesTest, AreReadOrRefusedButNeverAnythingElse) {
     });
     read_damaged(contours, [](const std::string& path) { read_contours_csv(path); });
     read_damaged(json, [](const std::string& path) { read_initial_contours(path); });
+    read_damaged(corrections, [](const std::string& path) { read_corrections(path); });
   }
   EXPECT_GT(refused, 500);
-  EXPECT_LT(refused, 2000);
+  EXPECT_LT(refused, 2700);
   const std::string deep = "{\"contours\": {\"nose_tip\": " + std::string(200000, '[');
   expect_complaint([&] { read_initial_contours(folder.write("deep", deep)); }, {"not valid JSON"});
 }

@@ -1,0 +1,48 @@
+#include "src/pipeline/correct_track.h"
+
+namespace zygoma {
+namespace {
+
+// What evidence is made of; no flow will be looked for.
+FaceChart small_chart(const Frame& frame, const std::optional<Similarity>& head) {
+  if (!head) return {};
+  FaceChart chart = make_face_chart(frame.image, *head);
+  chart.pyramid.clear();
+  chart.core.clear();
+  return chart;
+}
+
+}  // namespace
+
+void correct_track(const std::vector<Correction>& corrections,
+                   TrackedVideo& tracked,
+                   StageObserver& observer,
+                   const StopQuestion& stop) {
+  const int num_frames = static_cast<int>(tracked.contours.size());
+  const std::vector<FrameRange> ranges = reach_of(corrections, num_frames);
+  if (ranges.empty() || tracked.stopped) return;
+  const Stopwatch watch;
+  observer.begin("correct", ranges.back().last + 1);
+  VideoReader reader(tracked.info.path);
+  Frame frame;
+  std::vector<FaceChart> charts;
+  auto range = ranges.begin();
+  for (int k = 0; range != ranges.end() && reader.read(frame); ++k) {
+    if (stop && stop()) {
+      tracked.stopped = true;
+      break;
+    }
+    observer.update(k + 1);
+    if (k < range->first) continue;
+    charts.push_back(small_chart(frame, tracked.heads[k]));
+    if (k < range->last) continue;
+    tracked.contours_corrected +=
+        apply_corrections(corrections, *range, charts, tracked.lips, tracked.contours);
+    charts.clear();
+    ++range;
+  }
+  observer.end();
+  tracked.figures.total_ms += watch.elapsed_ms();
+}
+
+}  // namespace zygoma
