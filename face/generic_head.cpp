@@ -52,7 +52,7 @@ double tissue_depth(const HeadShape& shape, const DomainPoint& point, const Vec2
   const double off_line = point.at_mm.y() - shape.mouth_rim(along_slit, 0);
   const double from_slit = std::hypot(std::max(0.0, off_corner), off_line);
   depth = 3.2 + (depth - 3.2) * smooth_step(0.0, 11.0, from_slit);
-  if (point.rim == Rim::kEye) depth = 1.6;
+  if (point.rim == Rim::kEye) depth = 1.4;  // thin: a lid goes where its muscle takes it
   // Thinner towards the outline of the head.
   const double x = std::abs(point.at_mm.x());
   const double border = std::min({172.0 - x, point.at_mm.y() + 172.0, 203.0 - point.at_mm.y()});
@@ -75,7 +75,9 @@ double mandible_weight(const HeadShape& shape, const DomainPoint& point) {
   const double half_width = kCornerHalfWidth + 0.5 * rise;
   const double blended = smooth_step(half_width, -half_width, y - line);
   const bool below = point.rim == Rim::kMouth ? point.side < 0 : y < line;
-  const double parted = below ? 1.0 : 0.0;
+  // The lower lip stretches towards the upper one and lags behind the teeth.
+  const double lag = 0.1 * smooth_step(-90.0, -70.0, y);
+  const double parted = below ? 1.0 - lag : 0.0;
   const double shared = std::pow(std::min(1.0, x / corner), 2.5);
   return (parted + shared * (blended - parted)) * neck * back;
 }
