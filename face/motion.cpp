@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "src/base/check.h"
 
@@ -65,6 +66,23 @@ double monotone_curve(const std::vector<double>& time,
       value[k] + t * (d0 + t * (3.0 * rise - 2.0 * d0 - d1 + t * (d0 + d1 - 2.0 * rise)));
   const auto [low, high] = std::minmax(value[k], value[k + 1]);
   return std::clamp(curve, low, high);  // of rounding alone
+}
+
+std::vector<std::string> muscles_used(const Motion& motion,
+                                      const std::vector<std::string>& muscles) {
+  const auto pair_of = [](const std::string& name) {
+    const bool has_side = name.ends_with("_L") || name.ends_with("_R");
+    return name.substr(0, name.size() - (has_side ? 2 : 0));
+  };
+  std::set<std::string> pairs;
+  for (const MotionKey& key : motion.keys) {
+    for (const auto& [muscle, value] : key.contraction) pairs.insert(pair_of(muscle));
+  }
+  std::vector<std::string> used;
+  for (const std::string& muscle : muscles) {
+    if (pairs.count(pair_of(muscle)) > 0) used.push_back(muscle);
+  }
+  return used.empty() ? muscles : used;
 }
 
 ContractionTrack sample_motion(const Motion& motion, const std::vector<std::string>& muscles) {

@@ -38,6 +38,10 @@ struct Motion {
 // ends. Times rise.
 double monotone_curve(const std::vector<double>& time, const std::vector<double>& value, double at);
 
+// Those of `muscles` that the motion uses, with their other side; all of them if it uses none.
+std::vector<std::string> muscles_used(const Motion& motion,
+                                      const std::vector<std::string>& muscles);
+
 // Every frame from 0 to the duration, for muscles in the order given. Throws InputError naming a
 // muscle of the motion that is not among them.
 ContractionTrack sample_motion(const Motion& motion, const std::vector<std::string>& muscles);

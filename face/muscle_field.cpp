@@ -8,6 +8,7 @@
 #include <queue>
 #include <string>
 
+#include "face/muscle_ring.h"
 #include "src/base/check.h"
 
 namespace zygoma {
@@ -94,6 +95,18 @@ void check_muscle(const Muscle& muscle) {
           name + "largest shortening must be in (0, 1]");
   require((muscle.emergence_mm - muscle.attachment_mm).norm() > 1e-3,
           name + "attachment and emergence coincide");
+  require(muscle.scalp_share >= 0.0 && muscle.scalp_share <= 1.0,
+          name + "scalp share must be in [0, 1]");
+  if (!muscle.ring) return;
+  const Ring& ring = *muscle.ring;
+  require(ring.forward.allFinite() && std::abs(ring.forward.norm() - 1.0) < 1e-6,
+          name + "forward direction must have length 1");
+  require(ring.aspect > 0.0 && ring.aspect <= 10.0, name + "aspect must be in (0, 10]");
+  require(ring.hole >= 0.0 && ring.hole < ring.rim && ring.rim < 1.0,
+          name + "hole and rim must be in order, in [0, 1)");
+  require(std::abs(ring.along) <= 1.0 && std::abs(ring.across) <= 1.0,
+          name + "shares along and across must be in [-1, 1]");
+  require(std::isfinite(ring.forward_mm), name + "forward motion not finite");
 }
 
 // Normals of the head at large: the area around a vertex, averaged with a Gaussian in space, so
@@ -131,11 +144,29 @@ std::vector<Vec3> broad_normals(const SurfaceMesh& surface) {
   return broad;
 }
 
-// m turned into the plane across `normal`, length kept; a muscle that would run straight into the
-// bone is stretched to at most twice its shadow.
-Vec3 tangent_with_length(const Vec3& m, const Vec3& normal) {
-  const Vec3 flat = m - m.dot(normal) * normal;
-  return flat * (m.norm() / std::max(flat.norm(), 0.5 * m.norm()));
+// A fibre pulls its skin end towards the bone. Where its other end is no bone but the scalp, that
+// comes a little towards the skin end too.
+VertexPull pull_of_fibre(const Muscle& muscle,
+                         const Anatomy& anatomy,
+                         const std::vector<Vec3>& normal,
+                         const std::vector<double>& distinct) {
+  const Vec3 m = muscle.emergence_mm - muscle.attachment_mm;
+  VertexPull pull(normal.size());
+  const auto add = [&](const Vec3& end_mm, double share) {
+    const std::vector<double> distance = distance_along(anatomy.surface, end_mm, muscle.radius_mm);
+    const std::vector<char> spared = spared_vertices(anatomy, distance);
+    for (std::size_t v = 0; v < distance.size(); ++v) {
+      if (!(distance[v] < muscle.radius_mm)) continue;
+      const double reached = spared[v] ? 1.0 - distinct[v] : 1.0;
+      const double b = std::cos(0.5 * std::numbers::pi * distance[v] / muscle.radius_mm) * reached;
+      pull.blend[v] = std::max(pull.blend[v], std::abs(share) * b);
+      pull.displacement_mm[v] +=
+          share * muscle.largest_shortening * b * tangent_with_length(m, normal[v]);
+    }
+  };
+  add(muscle.attachment_mm, 1.0);
+  if (muscle.scalp_share > 0.0) add(muscle.emergence_mm, -muscle.scalp_share);
+  return pull;
 }
 
 // Dijkstra over the vertices, with the unfolded wave as the length of a step.
@@ -201,33 +232,65 @@ std::vector<double> distance_along(const SurfaceMesh& surface,
 }
 
 double fold_measure(const Muscle& muscle) {
-  const double length = (muscle.emergence_mm - muscle.attachment_mm).norm();
-  return muscle.largest_shortening * length * std::numbers::pi / (2.0 * muscle.radius_mm);
+  if (!muscle.ring) {
+    const double length = (muscle.emergence_mm - muscle.attachment_mm).norm();
+    return muscle.largest_shortening * length * std::numbers::pi / (2.0 * muscle.radius_mm);
+  }
+  // On an axis p goes to p (1 - s b), whose slope is 1 - s (b + r db/dr).
+  constexpr int kSamples = 64;
+  double most = 0.0;
+  for (int k = 0; k < kSamples; ++k) {
+    const double r0 = static_cast<double>(k) / kSamples;
+    const double r1 = static_cast<double>(k + 1) / kSamples;
+    const double slope =
+        kSamples * (r1 * ring_blend(*muscle.ring, r1) - r0 * ring_blend(*muscle.ring, r0));
+    most = std::max({most, muscle.ring->along * slope, muscle.ring->across * slope});
+  }
+  return muscle.largest_shortening * most;
+}
+
+int num_folded(const Anatomy& anatomy,
+               const MuscleField& field,
+               const std::vector<double>& contraction) {
+  const SurfaceMesh& surface = anatomy.surface;
+  const auto is_lid = [&](int v) {
+    return anatomy.region[v] == Region::kUpperLid || anatomy.region[v] == Region::kLowerLid;
+  };
+  std::vector<Vec3> target = surface.positions_mm;
+  for (std::size_t m = 0; m < contraction.size(); ++m) {
+    for (const MusclePull& pull : field.pulls[m]) {
+      // Columns of a lattice of prisms are the vertices.
+      if (pull.column < static_cast<int>(target.size())) {
+        target[pull.column] += contraction[m] * pull.displacement_mm;
+      }
+    }
+  }
+  const auto area = [](const std::vector<Vec3>& x, const Triangle& t) -> Vec3 {
+    return (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]);
+  };
+  int folded = 0;
+  for (const Triangle& t : surface.triangles) {
+    if (std::all_of(t.begin(), t.end(), is_lid)) continue;
+    folded += area(target, t).dot(area(surface.positions_mm, t)) <= 0.0;
+  }
+  return folded;
 }
 
 MuscleField make_muscle_field(const Anatomy& anatomy, const Lattice& lattice) {
   const std::vector<Vec3> normal = broad_normals(anatomy.surface);
+  const std::vector<double> distinct = distinct_flaps(anatomy, lattice.neighbors);
   MuscleField field;
   field.hold.assign(lattice.columns.size(), 0.0);
   for (const Muscle& muscle : anatomy.muscles) {
     check_muscle(muscle);
-    const Vec3 m = muscle.emergence_mm - muscle.attachment_mm;
-    const std::vector<double> distance =
-        distance_along(anatomy.surface, muscle.attachment_mm, muscle.radius_mm);
-    const std::vector<char> spared = spared_vertices(anatomy, distance);
-    std::vector<double> blend(distance.size(), 0.0);
-    std::vector<Vec3> displacement(distance.size(), Vec3::Zero());
-    for (std::size_t v = 0; v < distance.size(); ++v) {
-      if (spared[v] || !(distance[v] < muscle.radius_mm)) continue;
-      blend[v] = std::cos(0.5 * std::numbers::pi * distance[v] / muscle.radius_mm);
-      displacement[v] = muscle.largest_shortening * blend[v] * tangent_with_length(m, normal[v]);
-    }
+    const VertexPull pull = muscle.ring ? pull_of_ring(muscle, anatomy, normal, distinct)
+                                        : pull_of_fibre(muscle, anatomy, normal, distinct);
     std::vector<MusclePull> pulls;
     for (std::size_t c = 0; c < lattice.columns.size(); ++c) {
       const Column& column = lattice.columns[c];
-      const double b = lattice.below(blend, column);
+      const double b = lattice.below(pull.blend, column);
       if (!column.on_bone || b <= 0.0) continue;
-      pulls.push_back({static_cast<int>(c), b, lattice.below(displacement, column)});
+      pulls.push_back({static_cast<int>(c), b, lattice.below(pull.displacement_mm, column)});
       field.hold[c] = std::max(field.hold[c], b);
     }
     require(!pulls.empty(), "muscle " + muscle.name + ": reaches no vertex of the surface");

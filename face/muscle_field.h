@@ -5,7 +5,8 @@
 // d_ij is the distance along the skin from the attachment of muscle i to column j, so that it leads
 // around the mouth, not across. Of the two flaps of a slit (lips, lids) a muscle reaches only the
 // nearer one unless it attaches at their corner. m_ij is m_i in the tangent plane of a broadly
-// smoothed surface at j, with its length kept.
+// smoothed surface at j, with its length kept. Rings: see muscle.h; those that are halved share the
+// middle smoothly, so that both halves together are the whole ring.
 //
 // The sum is linear and over the rest position: the order of the muscles has no effect.
 #pragma once
@@ -31,8 +32,16 @@ struct MuscleField {
 // Throws InputError naming the muscle if one has no length, no reach or a value that is not finite.
 MuscleField make_muscle_field(const Anatomy& anatomy, const Lattice& lattice);
 
-// s ||m|| pi / (2 a): from 1 on, one muscle alone folds the tissue over at contraction 1.
+// s ||m|| pi / (2 a): from 1 on, one muscle alone folds the tissue over at contraction 1. Of a ring
+// the largest compression on its axes.
 double fold_measure(const Muscle& muscle);
+
+// Triangles of the surface that the targets of these contractions turn over or squeeze to nothing:
+// where this is not 0, muscles ask together for what tissue cannot do. Lids do not count, which
+// turn about the eyeball.
+int num_folded(const Anatomy& anatomy,
+               const MuscleField& field,
+               const std::vector<double>& contraction);
 
 // Distance along the surface from a point on it to every vertex within `reach_mm` (others are
 // infinite). Exact on flat pieces: every triangle unfolds the wave front that crosses its far edge.

@@ -17,19 +17,69 @@ struct TableRow {
   double emergence_xy_mm[2];   // bone end
   double radius_mm;            // influence along the skin
   double pull_mm;              // displacement asked for at contraction 1
+  double scalp_share = 0.0;    // of it, by which the other end comes down
 };
 
-constexpr std::array<TableRow, 9> kTable{{
+constexpr std::array<TableRow, 21> kTable{{
     {"zygomaticus_major", {28.0, -77.0}, {60.0, -36.0}, 30.0, 14.0},
-    {"levator_labii_superioris_alaeque_nasi", {16.0, -43.0}, {10.0, -10.0}, 18.0, 8.0},
+    {"levator_labii_superioris_alaeque_nasi", {18.0, -45.0}, {12.0, -10.0}, 26.0, 9.5},
     {"levator_labii_superioris", {18.0, -66.0}, {23.0, -17.0}, 22.0, 9.0},
-    {"occipitofrontalis_inner", {11.0, 17.0}, {9.0, 56.0}, 24.0, 10.0},
-    {"occipitofrontalis_major", {34.0, 18.0}, {34.0, 58.0}, 26.0, 10.0},
-    {"occipitofrontalis_outer", {53.0, 20.0}, {56.0, 50.0}, 23.0, 9.0},
+    {"occipitofrontalis_inner", {11.0, 17.0}, {13.0, 78.0}, 26.0, 10.0, 0.4},
+    {"occipitofrontalis_major", {34.0, 18.0}, {36.0, 76.0}, 26.0, 10.0, 0.3},
+    {"occipitofrontalis_outer", {53.0, 20.0}, {57.0, 58.0}, 23.0, 9.0, 0.2},
     {"corrugator_supercilii", {20.0, 18.0}, {4.0, 6.0}, 20.0, 7.0},
     {"depressor_anguli_oris", {28.0, -79.0}, {33.0, -104.0}, 30.0, 9.0},
     {"depressor_labii_inferioris", {12.0, -85.0}, {17.0, -106.0}, 18.0, 7.0},
+    {"zygomaticus_minor", {20.0, -68.0}, {48.0, -28.0}, 22.0, 8.0},
+    {"levator_anguli_oris", {27.0, -75.0}, {21.0, -36.0}, 22.0, 8.0},
+    {"risorius", {29.0, -77.0}, {66.0, -72.0}, 28.0, 10.0},
+    {"buccinator", {30.0, -76.0}, {58.0, -70.0}, 18.0, 6.0},
+    {"mentalis", {10.0, -116.0}, {7.0, -92.0}, 24.0, 4.5},
+    {"platysma", {32.0, -92.0}, {50.0, -146.0}, 34.0, 9.0},
+    {"incisivus_labii_superioris", {24.0, -73.0}, {7.0, -64.0}, 22.0, 7.0},
+    {"incisivus_labii_inferioris", {24.0, -80.0}, {7.0, -90.0}, 22.0, 7.0},
+    {"procerus", {5.0, 18.0}, {3.0, -10.0}, 20.0, 4.5},
+    {"depressor_supercilii", {13.0, 16.0}, {9.0, 0.0}, 16.0, 5.0},
+    {"nasalis_alar", {16.0, -46.0}, {24.0, -56.0}, 10.0, 3.0},
+    {"nasalis_transverse", {15.0, -40.0}, {2.0, -30.0}, 11.0, 3.0},
 }};
+
+// Rings, in the plane of the picture. Those around the mouth come in quarters.
+struct RingRow {
+  const char* name;
+  double centre_xy_mm[2];
+  double end_xy_mm[2];  // of the half axis along the slit
+  double aspect, hole, rim;
+  double shortening;  // s
+  double along, across;
+  double forward_mm;
+  int flap;         // +1 upper, -1 lower, 0 both
+  bool around_eye;  // else around the mouth, a half on each side
+};
+
+// clang-format off
+constexpr std::array<RingRow, 7> kRings{{
+    // The peripheral part purses: the corners come in, the lips forward, and swell up and down.
+    {"orbicularis_oris_superior",
+     {0, -76.5}, {46, -77}, 0.62, 0, 0.3, 0.36, 1.0, -0.35, 5.0, +1, false},
+    {"orbicularis_oris_inferior",
+     {0, -76.5}, {46, -77}, 0.62, 0, 0.3, 0.36, 1.0, -0.35, 5.0, -1, false},
+    // The marginal part, in the red of the lips, makes them thin and presses them to the teeth.
+    {"orbicularis_oris_marginal_superior",
+     {0, -76.5}, {38, -77}, 0.5, 0, 0.4, 0.32, 0.2, 0.8, -2.0, +1, false},
+    {"orbicularis_oris_marginal_inferior",
+     {0, -76.5}, {38, -77}, 0.5, 0, 0.4, 0.32, 0.2, 0.8, -2.0, -1, false},
+    {"orbicularis_oculi_orbital",
+     {31.5, -3}, {70, -2}, 0.9, 0.2, 0.45, 0.3, 0.5, 1.0, 0, 0, true},
+    {"orbicularis_oculi_palpebral",
+     {31.5, -2.8}, {52, -1.4}, 0.9, 0, 0.4, 0.98, 0, 1.0, 0, 0, true},
+    {"levator_palpebrae_superioris",
+     {31.5, -2.8}, {52, -1.4}, 0.9, 0, 0.4, 0.35, 0, -1.0, 0, +1, true},
+}};
+// clang-format on
+
+constexpr double kEyeBehindLids_mm = 17.0;  // centre of the eyeball, below the height of the lids
+constexpr double kLidAt_mm = 7.0;           // above the centre of the eye
 
 constexpr double kBoneDepthMm = 6.0;  // of the bone end below the skin
 
@@ -92,6 +142,58 @@ double scale_at(const std::function<Vec2(Vec2)>& map, const Vec2& p) {
   return 0.5 * (x + y) / (2.0 * kStepMm);
 }
 
+const char* suffix(double side) { return side > 0.0 ? "_L" : "_R"; }
+
+Muscle fibre_from(const TableRow& row,
+                  double side,
+                  const SurfaceMesh& surface,
+                  const std::function<Vec2(Vec2)>& map) {
+  const Vec2 attachment(side * row.attachment_xy_mm[0], row.attachment_xy_mm[1]);
+  const Vec2 emergence(side * row.emergence_xy_mm[0], row.emergence_xy_mm[1]);
+  const SurfacePoint bone = frontal_point(surface, map(emergence));
+  Muscle muscle;
+  muscle.name = std::string(row.name) + suffix(side);
+  muscle.attachment_mm = frontal_point(surface, map(attachment)).position_mm;
+  muscle.emergence_mm = bone.position_mm - kBoneDepthMm * bone.normal;
+  const double scale = scale_at(map, attachment);
+  muscle.radius_mm = row.radius_mm * scale;
+  muscle.largest_shortening =
+      row.pull_mm * scale / (muscle.emergence_mm - muscle.attachment_mm).norm();
+  muscle.scalp_share = row.scalp_share;
+  return muscle;
+}
+
+Muscle ring_from(const RingRow& row,
+                 double side,
+                 const SurfaceMesh& surface,
+                 const std::function<Vec2(Vec2)>& map) {
+  const Vec2 centre = map({side * row.centre_xy_mm[0], row.centre_xy_mm[1]});
+  const Vec2 end = map({side * row.end_xy_mm[0], row.end_xy_mm[1]});
+  // The hole of the eye has no depth of its own: that of the lid above.
+  const Vec2 lid = map({side * row.centre_xy_mm[0], row.centre_xy_mm[1] + kLidAt_mm});
+  const double z = frontal_point(surface, row.around_eye ? lid : centre).position_mm.z();
+  Muscle muscle;
+  muscle.name = std::string(row.name) + suffix(side);
+  muscle.attachment_mm = {centre.x(), centre.y(), z};
+  muscle.emergence_mm = {end.x(), end.y(), z};
+  muscle.radius_mm = (end - centre).norm();
+  muscle.largest_shortening = row.shortening;
+  Ring& ring = muscle.ring.emplace();
+  ring.aspect = row.aspect;
+  ring.hole = row.hole;
+  ring.rim = row.rim;
+  ring.along = row.along;
+  ring.across = row.across;
+  ring.forward_mm = row.forward_mm;
+  ring.flap = row.flap;
+  if (row.around_eye) {
+    ring.pivot_mm = muscle.attachment_mm - kEyeBehindLids_mm * Vec3::UnitZ();
+  } else {
+    ring.side = side > 0.0 ? 1 : -1;
+  }
+  return muscle;
+}
+
 }  // namespace
 
 std::vector<Muscle> standard_muscles(const SurfaceMesh& surface,
@@ -99,19 +201,12 @@ std::vector<Muscle> standard_muscles(const SurfaceMesh& surface,
   std::vector<Muscle> muscles;
   for (const TableRow& row : kTable) {
     for (const double side : {1.0, -1.0}) {
-      const Vec2 attachment(side * row.attachment_xy_mm[0], row.attachment_xy_mm[1]);
-      const Vec2 emergence(side * row.emergence_xy_mm[0], row.emergence_xy_mm[1]);
-      const SurfacePoint bone = frontal_point(surface, head_xy_from_canonical_xy(emergence));
-      Muscle muscle;
-      muscle.name = std::string(row.name) + (side > 0.0 ? "_L" : "_R");
-      muscle.attachment_mm =
-          frontal_point(surface, head_xy_from_canonical_xy(attachment)).position_mm;
-      muscle.emergence_mm = bone.position_mm - kBoneDepthMm * bone.normal;
-      const double scale = scale_at(head_xy_from_canonical_xy, attachment);
-      muscle.radius_mm = row.radius_mm * scale;
-      muscle.largest_shortening =
-          row.pull_mm * scale / (muscle.emergence_mm - muscle.attachment_mm).norm();
-      muscles.push_back(std::move(muscle));
+      muscles.push_back(fibre_from(row, side, surface, head_xy_from_canonical_xy));
+    }
+  }
+  for (const RingRow& row : kRings) {
+    for (const double side : {1.0, -1.0}) {
+      muscles.push_back(ring_from(row, side, surface, head_xy_from_canonical_xy));
     }
   }
   return muscles;
@@ -119,9 +214,13 @@ std::vector<Muscle> standard_muscles(const SurfaceMesh& surface,
 
 std::vector<std::string> standard_muscle_names() {
   std::vector<std::string> names;
-  for (const TableRow& row : kTable) {
-    for (const char* side : {"_L", "_R"}) names.push_back(std::string(row.name) + side);
-  }
+  const auto add = [&](const auto& table) {
+    for (const auto& row : table) {
+      for (const double side : {1.0, -1.0}) names.push_back(std::string(row.name) + suffix(side));
+    }
+  };
+  add(kTable);
+  add(kRings);
   return names;
 }
 

@@ -130,10 +130,12 @@ Eigen::VectorXd flatten(const NodeStack& nodes) {
   return Eigen::Map<const Eigen::VectorXd>(nodes.data(), nodes.size());
 }
 
-// d(stack)/d(controls) at an equilibrium; the jaw's column per unit of jaw, not per radian. Counts
-// up `num_damped` where the derivatives are only damped ones.
+// d(stack)/d(controls) at an equilibrium, for these muscles of the anatomy and the jaw; the jaw's
+// column per unit of jaw, not per radian. Counts up `num_damped` where the derivatives are only
+// damped ones.
 Eigen::MatrixXd image_sensitivity(Simulator& face,
                                   const CurveProbe& probe,
+                                  const std::vector<int>& muscles,
                                   const Controls& controls,
                                   const FaceState& state,
                                   int& num_damped) {
@@ -141,12 +143,14 @@ Eigen::MatrixXd image_sensitivity(Simulator& face,
   if (sensitivity.damped) ++num_damped;
   const Eigen::MatrixXd& surface = sensitivity.mm;
   const CurvePoints points = probe.curves(state);
-  Eigen::MatrixXd result(2 * kNumNodes, surface.cols());
+  std::vector<Eigen::Index> columns(muscles.begin(), muscles.end());
+  columns.push_back(surface.cols() - 1);  // the jaw
+  Eigen::MatrixXd result(2 * kNumNodes, static_cast<Eigen::Index>(columns.size()));
   NodeStack nodes;
   NodeStack velocity;
-  for (Eigen::Index i = 0; i < surface.cols(); ++i) {
-    probe.image(points, probe.velocities(surface.col(i)), nodes, velocity);
-    result.col(i) = flatten(velocity);
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    probe.image(points, probe.velocities(surface.col(columns[i])), nodes, velocity);
+    result.col(static_cast<Eigen::Index>(i)) = flatten(velocity);
   }
   result.rightCols<1>() *= face.anatomy().jaw.full_rad;
   return result;
@@ -191,7 +195,12 @@ class Measurement {
         probe_(face.anatomy(), options.viewing_distance_mm),
         rest_(face.rest()) {
     std::vector<std::string> names;
-    for (const Muscle& muscle : face.anatomy().muscles) names.push_back(muscle.name);
+    for (const std::string& name : observable_muscles()) {
+      const int muscle = face.anatomy().muscle_index(name);
+      if (muscle < 0) continue;
+      names.push_back(name);
+      muscle_.push_back(muscle);
+    }
     response_ = FaceResponse::zero(names);
     response_.viewing_distance_mm = options.viewing_distance_mm;
     bool any = false;
@@ -205,21 +214,26 @@ class Measurement {
   }
 
   FaceResponse run(const ResponseOptions& options) {
-    Controls controls;
-    controls.contraction.assign(response_.muscles.size(), 0.0);
-    response_.linear_mm =
-        image_sensitivity(face_, probe_, controls, rest_, response_.settles_not_converged);
+    response_.linear_mm = sensitivity(slack(), rest_);
     measure_saturation(options.overlap);
     measure_jaw();
     return std::move(response_);
   }
 
  private:
+  Controls slack() const { return {std::vector<double>(face_.anatomy().muscles.size(), 0.0), 0.0}; }
+
+  Eigen::MatrixXd sensitivity(const Controls& controls, const FaceState& state) {
+    return image_sensitivity(
+        face_, probe_, muscle_, controls, state, response_.settles_not_converged);
+  }
+
   // Displacement of the stack, minus what the linear part already says.
   Eigen::VectorXd beyond_linear(const FaceState& state, const Controls& controls) const {
     Eigen::VectorXd rest = flatten(probe_.image(state) - response_.rest_mm);
-    for (std::size_t i = 0; i < controls.contraction.size(); ++i) {
-      rest -= controls.contraction[i] * response_.linear_mm.col(static_cast<Eigen::Index>(i));
+    for (std::size_t i = 0; i < muscle_.size(); ++i) {
+      const double contraction = controls.contraction[static_cast<std::size_t>(muscle_[i])];
+      rest -= contraction * response_.linear_mm.col(static_cast<Eigen::Index>(i));
     }
     rest -= controls.jaw_rad / face_.anatomy().jaw.full_rad * response_.linear_mm.rightCols<1>();
     return rest;
@@ -239,9 +253,11 @@ class Measurement {
     const int num_muscles = response_.num_muscles();
     const Eigen::MatrixXd motion = motion_per_node(response_.linear_mm, num_muscles);
     for (const std::vector<int>& group : group_muscles(motion, overlap)) {
-      Controls controls;
-      controls.contraction.assign(response_.muscles.size(), 0.0);
-      for (const int i : group) controls.contraction[static_cast<std::size_t>(i)] = kStrong;
+      Controls controls = slack();
+      for (const int i : group) {
+        const int muscle = muscle_[static_cast<std::size_t>(i)];
+        controls.contraction[static_cast<std::size_t>(muscle)] = kStrong;
+      }
       FaceState state = rest_;
       if (!settle(controls, state)) continue;
       const Eigen::VectorXd excess = beyond_linear(state, controls) / (kStrong * kStrong);
@@ -259,8 +275,7 @@ class Measurement {
 
   // g(j) = l j + q j^2 + r j^3 through the settled half and full opening.
   void measure_jaw() {
-    Controls controls;
-    controls.contraction.assign(response_.muscles.size(), 0.0);
+    Controls controls = slack();
     FaceState state = rest_;
     controls.jaw_rad = 0.5 * face_.anatomy().jaw.full_rad;
     if (!settle(controls, state)) return;
@@ -270,8 +285,7 @@ class Measurement {
     const Eigen::VectorXd full = beyond_linear(state, controls);
     response_.quadratic_mm.rightCols<1>() = 8.0 * half - full;
     response_.jaw_cubic_mm = 2.0 * full - 8.0 * half;
-    const Eigen::MatrixXd open =
-        image_sensitivity(face_, probe_, controls, state, response_.settles_not_converged);
+    const Eigen::MatrixXd open = sensitivity(controls, state);
     const Eigen::Index n = response_.num_muscles();
     if (open.allFinite()) {
       response_.jaw_cross_mm = open.leftCols(n) - response_.linear_mm.leftCols(n);
@@ -282,6 +296,7 @@ class Measurement {
   const StopQuestion& stop_;
   CurveProbe probe_;
   FaceState rest_;
+  std::vector<int> muscle_;  // of the anatomy, per muscle of the response
   FaceResponse response_;
 };
 

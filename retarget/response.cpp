@@ -2,6 +2,26 @@
 
 namespace zygoma {
 
+const std::vector<std::string>& observable_muscles() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> both;
+    for (const char* name : {"zygomaticus_major",
+                             "levator_labii_superioris_alaeque_nasi",
+                             "levator_labii_superioris",
+                             "occipitofrontalis_inner",
+                             "occipitofrontalis_major",
+                             "occipitofrontalis_outer",
+                             "corrugator_supercilii",
+                             "depressor_anguli_oris",
+                             "depressor_labii_inferioris"}) {
+      both.push_back(std::string(name) + "_L");
+      both.push_back(std::string(name) + "_R");
+    }
+    return both;
+  }();
+  return names;
+}
+
 FaceResponse FaceResponse::zero(const std::vector<std::string>& muscles) {
   FaceResponse response;
   response.muscles = muscles;

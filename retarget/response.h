@@ -22,6 +22,11 @@
 
 namespace zygoma {
 
+// The muscles that nine contours can tell apart, in their order; all others stay slack when a
+// performance is read. Lids, the rings of mouth and eyes, and muscles that lie side by side with
+// one of these would only share its evidence.
+const std::vector<std::string>& observable_muscles();
+
 struct FaceResponse {
   std::vector<std::string> muscles;
   NodeStack rest_mm = NodeStack::Zero();

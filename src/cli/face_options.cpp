@@ -1,5 +1,8 @@
 #include "src/cli/face_options.h"
 
+#include "src/base/check.h"
+#include "src/io/scene_file.h"
+
 namespace zygoma {
 
 void FaceOptions::declare(OptionSink& options) {
@@ -21,6 +24,20 @@ AssembledFace FaceOptions::assemble() const {
   SettleOptions settle;
   settle.relative_residual = residual_;
   return {anatomy, Simulator(anatomy, {}, settle)};
+}
+
+Scene FaceOptions::scene(const std::string& path) const {
+  const FaceOptions usual;
+  if (!path.empty()) {
+    require(head_.num_surface_vertices == usual.head_.num_surface_vertices,
+            "--surface-vertices: the scene says (head.surface_vertices)");
+    require(residual_ == usual.residual_, "--residual: the scene says (solver.relative_residual)");
+    return read_scene(path);
+  }
+  Scene scene;
+  scene.head = head_;
+  scene.settle.relative_residual = residual_;
+  return scene;
 }
 
 void AnimationOptions::declare(OptionSink& options) {

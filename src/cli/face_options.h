@@ -5,8 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "face/generic_head.h"
-#include "face/simulator.h"
+#include "face/scene.h"
 #include "src/cli/command.h"
 #include "src/pipeline/animate_face.h"
 
@@ -22,6 +21,9 @@ class FaceOptions {
  public:
   void declare(OptionSink& options);
   AssembledFace assemble() const;
+  // The same as a scene without motion; from a scene file, if a path is given, which then has the
+  // last word. Throws InputError naming an option that contradicts the file.
+  Scene scene(const std::string& path) const;
 
  private:
   HeadOptions head_;

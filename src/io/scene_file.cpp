@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "face/facs.h"
 #include "face/muscle_table.h"
 #include "src/base/check.h"
 #include "src/io/text.h"
@@ -17,7 +18,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kKind = R"(a scene file (JSON) like {"motion": {"keys": [...]}})";
+constexpr const char* kScene = R"(a scene file (JSON) like {"motion": {"keys": [...]}})";
+constexpr const char* kKeyframes =
+    R"(keyframes (JSON) like {"keys": [{"time_s": 0}, {"time_s": 1, "pose": "6+12"}]})";
 
 // "FILE: tissue.law: VALUE, expected WHAT"
 [[noreturn]] void complain(const std::string& where,
@@ -249,6 +252,14 @@ void read_solver(Section section, SettleOptions& settle) {
   section.done();
 }
 
+std::vector<std::string> pairs_among(const std::vector<std::string>& muscles) {
+  std::vector<std::string> pairs;
+  for (const std::string& name : muscles) {
+    if (name.ends_with("_L")) pairs.push_back(name.substr(0, name.size() - 2));
+  }
+  return pairs;
+}
+
 // A muscle, or a pair of them by the name without a side.
 void read_contractions(const std::string& where,
                        const json& value,
@@ -263,12 +274,24 @@ void read_contractions(const std::string& where,
     if (is_known(name + "_L")) names = {name + "_L", name + "_R"};
     require(is_known(names.front()),
             where + ": muscle " + quote_value(name) + " is unknown, expected one of " +
-                joined(known) + ", or without the side for both");
+                joined(pairs_among(known)) + ", for one side with _L or _R");
     const double c = number_from(where + "." + name, number);
     for (const std::string& muscle : names) {
       require(contraction.emplace(muscle, c).second,
               where + ": muscle " + muscle + " is there twice, alone and in a pair");
     }
+  }
+}
+
+// An expression, action units or muscle=value, in one text.
+void read_pose(const std::string& where, const json& value, MotionKey& key) {
+  if (!value.is_string()) complain(where, value, R"(a text like "surprise" or "1+2+5B+26")");
+  try {
+    Pose pose = pose_of(value.get<std::string>());
+    key.contraction = std::move(pose.contraction);
+    key.jaw = pose.jaw;
+  } catch (const InputError& error) {
+    throw InputError(where + ": " + error.what());
   }
 }
 
@@ -286,9 +309,12 @@ void read_motion(Section section, Motion& motion) {
     const json* time = pose.find("time_s");
     if (time == nullptr) complain(pose.path("time_s"), json(), "the time of the pose, s");
     key.time_s = number_from(pose.path("time_s"), *time);
+    if (const json* value = pose.find("pose")) read_pose(pose.path("pose"), *value, key);
     pose.number("jaw", key.jaw);
     if (const json* value = pose.find("contractions")) {
-      read_contractions(pose.path("contractions"), *value, key.contraction);
+      std::map<std::string, double> given;
+      read_contractions(pose.path("contractions"), *value, given);
+      for (const auto& [muscle, contraction] : given) key.contraction[muscle] = contraction;
     }
     pose.done();
     motion.keys.push_back(std::move(key));
@@ -296,8 +322,8 @@ void read_motion(Section section, Motion& motion) {
 }
 
 // Parses JSON and refuses what the library would pass over: a key that is there twice.
-json parse(const std::string& path) {
-  const std::string text = read_text_file(path, kKind);
+json parse(const std::string& path, const char* kind) {
+  const std::string text = read_text_file(path, kind);
   std::vector<std::set<std::string>> keys;  // of the objects that are open
   std::string last_key;
   const auto watch = [&](int /*depth*/, json::parse_event_t event, json& value) {
@@ -314,7 +340,7 @@ json parse(const std::string& path) {
     return json::parse(text, watch);
   } catch (const json::parse_error& error) {
     throw InputError(path + ": not valid JSON at byte " + std::to_string(error.byte) +
-                     ", expected " + kKind);
+                     ", expected " + kind);
   } catch (const json::exception&) {
     throw InputError(path + ": holds a number that is too large, after the key " +
                      quote_value(last_key));
@@ -334,7 +360,7 @@ void check_section(const std::string& where, const Checked& check) {
 }  // namespace
 
 Scene read_scene(const std::string& path) {
-  const json document = parse(path);
+  const json document = parse(path, kScene);
   const std::string root = path + ":";
   Section section(root, document);
   Scene scene;
@@ -372,6 +398,15 @@ Scene read_scene(const std::string& path) {
   check_section(root + " solver.", [&] { scene.settle.check(); });
   check_section(root + " motion.", [&] { scene.motion.check(); });
   return scene;
+}
+
+Motion read_keyframes(const std::string& path) {
+  const json document = parse(path, kKeyframes);
+  const std::string root = path + ":";
+  Motion motion;
+  read_motion({root, document}, motion);
+  check_section(root + " ", [&] { motion.check(); });
+  return motion;
 }
 
 }  // namespace zygoma

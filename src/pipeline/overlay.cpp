@@ -32,6 +32,12 @@ std::string short_name(std::string name) {
       {"depressor labii inferioris", "depr. labii"},
       {"corrugator supercilii", "corrugator"},
       {"zygomaticus", "zygomatic"},
+      {"incisivus labii superioris", "incisivus sup."},
+      {"incisivus labii inferioris", "incisivus inf."},
+      {"levator palpebrae superioris", "levator palpebrae"},
+      {"orbicularis", "orbic."},
+      {"marginal superior", "marg. sup."},
+      {"marginal inferior", "marg. inf."},
   };
   for (const auto& [from, to] : shorter) {
     const std::size_t at = name.find(from);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "face/facs.h"
 #include "face/generic_head.h"
 #include "face/prism.h"
 #include "face/simulator.h"
@@ -85,51 +86,26 @@ inline Controls smile(const Anatomy& anatomy, double contraction) {
   return with(anatomy, {{"zygomaticus_major", contraction}});
 }
 
-// Contractions 0 to `strongest`, jaw 0 to 0.2 rad.
+// About a third of the muscles, contractions 0 to `strongest`, jaw 0 to 0.2 rad.
 inline Controls random_controls(const Anatomy& anatomy, double strongest, Random& random) {
   Controls controls = at_rest(anatomy);
-  for (double& c : controls.contraction) c = 0.5 * strongest * (1.0 + random.next());
+  for (double& c : controls.contraction) {
+    const bool takes_part = random.next() < -1.0 / 3.0;
+    c = takes_part ? 0.5 * strongest * (1.0 + random.next()) : 0.0;
+  }
   controls.jaw_rad = 0.1 * (1.0 + random.next());
   return controls;
 }
 
-struct Expression {
-  std::string name;
-  std::vector<Pull> pulls;
-  double jaw_rad = 0.0;
-};
-
-// The six basic expressions as far as the 18 muscles and the jaw go; what they lack (lids, the ring
-// muscles of mouth and eyes) is left out.
+// The six basic expressions.
 inline std::vector<Expression> basic_expressions() {
-  return {
-      {"happiness", {{"zygomaticus_major", 1.0}, {"levator_labii_superioris", 0.3}}},
-      {"sadness",
-       {{"occipitofrontalis_inner", 1.0},
-        {"corrugator_supercilii", 0.8},
-        {"depressor_anguli_oris", 1.0}}},
-      {"surprise",
-       {{"occipitofrontalis_inner", 1.0},
-        {"occipitofrontalis_major", 1.0},
-        {"occipitofrontalis_outer", 1.0}},
-       0.25},
-      {"fear",
-       {{"occipitofrontalis_inner", 1.0},
-        {"occipitofrontalis_major", 0.6},
-        {"occipitofrontalis_outer", 0.6},
-        {"corrugator_supercilii", 1.0},
-        {"depressor_labii_inferioris", 0.6}},
-       0.12},
-      {"anger",
-       {{"corrugator_supercilii", 1.0},
-        {"levator_labii_superioris", 0.3},
-        {"depressor_labii_inferioris", 0.4}}},
-      {"disgust",
-       {{"levator_labii_superioris_alaeque_nasi", 1.0},
-        {"levator_labii_superioris", 0.8},
-        {"corrugator_supercilii", 0.4},
-        {"depressor_anguli_oris", 0.6}}},
-  };
+  std::vector<Expression> basic;
+  for (const char* name : {"happiness", "sadness", "surprise", "fear", "anger", "disgust"}) {
+    for (const Expression& expression : expressions()) {
+      if (expression.name == name) basic.push_back(expression);
+    }
+  }
+  return basic;
 }
 
 inline double largest_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {

@@ -187,6 +187,84 @@ TEST_F(BadInputTest, ContractionsOutsideTheirRange) {
                  {table + ":3: column zygomaticus_major_R: '1.5', expected a number in [0, 1]"});
 }
 
+TEST_F(BadInputTest, ContractionsWithAGap) {
+  const std::string head =
+      "frame,timestamp,confidence,success,head_x,head_y,head_scale,head_roll,jaw,"
+      "zygomaticus_major_L,zygomaticus_major_R\n"
+      "0,0,1,1,0,0,1,0,0,0.5,0.5\n";
+  const auto refuse = [&](const std::string& row, const std::vector<std::string>& words) {
+    const std::string table = folder_.write("contractions.csv", head + row + "\n");
+    expect_refused(on("animate", table), words);
+  };
+  refuse("2,0.08,1,1,0,0,1,0,0,0.5,0.5", {":3: column frame: '2', expected 1"});
+  refuse("1,0,1,1,0,0,1,0,0,0.5,0.5", {":3: column timestamp: '0', expected a later time"});
+  refuse("1,0.04,1,1,0,0,1,0,0,0.5,", {":3: column zygomaticus_major_R: empty cell"});
+  refuse("1,0.04,1,1,0,0,1,0,,0.5,0.5", {":3: column jaw: empty cell"});
+  refuse("1,0.04,1,1,0,0,1,0,0,0.5", {":3: 10 cells, expected 11"});
+  const std::string one_side =
+      folder_.write("side.csv",
+                    "frame,timestamp,confidence,success,head_x,head_y,head_scale,head_roll,jaw,"
+                    "zygomaticus_major_L\n0,0,1,1,0,0,1,0,0,0.5\n");
+  expect_refused(on("animate", one_side), {"missing column zygomaticus_major_R"});
+  const std::string unknown =
+      folder_.write("unknown.csv",
+                    "frame,timestamp,confidence,success,head_x,head_y,head_scale,head_roll,jaw,"
+                    "wing_L,wing_R\n0,0,1,1,0,0,1,0,0,0.5,0.5\n");
+  expect_refused(on("animate", unknown), {"'wing_L'", "no muscle of that name"});
+}
+
+TEST_F(BadInputTest, Keyframes) {
+  const auto refuse = [&](const std::string& text, const std::vector<std::string>& words) {
+    const std::string file = folder_.write("keys.json", text);
+    std::vector<std::string> all{file};
+    all.insert(all.end(), words.begin(), words.end());
+    expect_refused({"animate", file, "-o", folder_ / "out"}, all);
+  };
+  refuse("", {"not valid JSON"});
+  refuse("[]", {"a list of 0", "expected an object"});
+  refuse("{}", {"keys", "expected a list of at least one pose"});
+  refuse(R"({"keys": []})", {"keys", "at least one pose"});
+  refuse(R"({"keys": [{"pose": "6+12"}]})", {"keys[0].time_s", "the time of the pose"});
+  refuse(R"({"keys": [{"time_s": 0, "pose": "6+99"}]})", {"keys[0].pose", "no action unit 99"});
+  refuse(R"({"keys": [{"time_s": 0, "pose": "joy"}]})", {"keys[0].pose", "'joy' is unknown"});
+  refuse(R"({"keys": [{"time_s": 0, "pose": 12}]})", {"keys[0].pose: '12', expected a text"});
+  refuse(R"({"keys": [{"time_s": 0, "contractions": {"wing": 1}}]})", {"'wing' is unknown"});
+  refuse(R"({"keys": [{"time_s": 0, "contractions": {"mentalis": 1.5}}]})",
+         {"mentalis_L is 1.5, expected 0 to 1"});
+  refuse(R"({"keys": [{"time_s": 0, "jaw": -1}]})", {"keys[0].jaw is -1, expected 0 to 1"});
+  refuse(R"({"keys": [{"time_s": 1}, {"time_s": 1}]})", {"keys[1].time_s", "later than the key"});
+  refuse(R"({"frames_per_s": 0, "keys": [{"time_s": 0}]})", {"frames_per_s is 0"});
+  refuse(R"({"frames": 3, "keys": [{"time_s": 0}]})", {"'frames' is unknown"});
+  const std::string good = folder_.write("good.json", R"({"keys": [{"time_s": 0}]})");
+  expect_refused({"animate", good, "--video", good, "-o", folder_ / "out"}, {"--video"});
+  expect_refused({"animate", good, "-o", good}, {good, "the input itself"});
+}
+
+TEST_F(BadInputTest, Expressions) {
+  const auto refuse = [&](const std::string& text, const std::vector<std::string>& words) {
+    expect_refused({"express", text, "-o", folder_ / "out.png"}, words);
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "out.png"));
+  };
+  refuse("joy", {"expression 'joy' is unknown", "happiness"});
+  refuse("26+27", {"26 and 27 exclude each other"});
+  refuse("12+12", {"action unit 12 is there twice"});
+  refuse("12:150%", {"150, expected 0 to 100"});
+  refuse("wing=1", {"muscle 'wing' is unknown"});
+  refuse("mentalis=1.5", {"mentalis is 1.5, expected 0 to 1"});
+  refuse("", {"no expression"});
+  expect_refused({"express", "12", "-o", folder_ / "out.gif"}, {"out.gif", ".png"});
+  expect_refused({"express", "12", "--jaw", "60", "-o", folder_ / "out.png"}, {"--jaw", "60"});
+  expect_refused({"express", "12", "--with", "magic", "-o", folder_ / "out.png"}, {"magic"});
+  expect_refused({"express", "12", "--scene", folder_ / "none.json"}, {"none.json"});
+  const std::string scene = folder_.write("s.json", R"({"motion": {"keys": [{"time_s": 0}]}})");
+  expect_refused({"express", "12", "--scene", scene, "--surface-vertices", "500"},
+                 {"--surface-vertices", "the scene"});
+  expect_refused({"face"}, {"WHAT", "required"});
+  expect_refused({"face", "dance"}, {"'dance'", "list or sheet"});
+  expect_refused({"face", "list", "bones"}, {"'bones'", "muscles, aus or expressions"});
+  expect_refused({"face", "sheet", "-o", folder_ / "sheet.pdf"}, {"sheet.pdf", ".png"});
+}
+
 TEST_F(BadInputTest, UnknownWordsAndMissingArguments) {
   expect_refused({}, {"no command", "run"});
   expect_refused({"reconstruct"}, {"unknown command 'reconstruct'", "run"});

@@ -1,6 +1,8 @@
-// zygoma animate: contractions.csv in, a video of the physical face out.
+// zygoma animate: contractions.csv or keyframes in, a video of the physical face out.
 #include <ostream>
 
+#include "face/motion.h"
+#include "face/muscle_table.h"
 #include "src/base/check.h"
 #include "src/cli/command.h"
 #include "src/cli/face_options.h"
@@ -8,6 +10,7 @@
 #include "src/io/contours_file.h"
 #include "src/io/contractions_file.h"
 #include "src/io/output_folder.h"
+#include "src/io/scene_file.h"
 
 namespace zygoma {
 namespace {
@@ -20,14 +23,17 @@ class AnimateCommand : public Command {
     return "Contractions may come from `zygoma run`, `retarget` or `synth`, or be written by hand: "
            "the "
            "columns frame, timestamp, confidence, success, head_x, head_y, head_scale, head_roll, "
-           "jaw and one per muscle.";
+           "jaw and one per muscle. A file that ends in .json holds keyframes: poses at times, as "
+           "expressions, action units or muscles, with a smooth motion in between, for example "
+           "{\"keys\": [{\"time_s\": 0}, {\"time_s\": 0.6, \"pose\": \"6+12\"}]}.";
   }
   std::string example() const override {
     return "result/contractions.csv --video clip.mp4 --contours result/contours.csv -o face.mp4";
   }
   int rank() const override { return 4; }
   void declare(OptionSink& options) override {
-    options.positional("CONTRACTIONS", contractions_path_, "contractions.csv of any command");
+    options.positional(
+        "CONTRACTIONS", contractions_path_, "contractions.csv of any command, or keyframes.json");
     options.text("-o,--output", output_, "FILE", "the video to write");
     options.text("--video", video_path_, "FILE", "the performer's video, shown beside the face");
     options.text("--contours", contours_path_, "FILE", "contours.csv to draw into that video");
@@ -39,7 +45,7 @@ class AnimateCommand : public Command {
             "--contours: needs --video, the pictures they are drawn into");
     require_not_the_input(output_, contractions_path_);
     require_not_the_input(output_, video_path_);
-    const ContractionTrack track = read_contractions_csv(contractions_path_);
+    const ContractionTrack track = read_track();
     std::optional<Performance> performance;
     if (!video_path_.empty()) {
       performance.emplace();
@@ -61,6 +67,14 @@ class AnimateCommand : public Command {
   }
 
  private:
+  ContractionTrack read_track() const {
+    if (!contractions_path_.ends_with(".json")) return read_contractions_csv(contractions_path_);
+    require(video_path_.empty(),
+            "--video: goes with contractions read from it, not with keyframes");
+    const Motion motion = read_keyframes(contractions_path_);
+    return sample_motion(motion, muscles_used(motion, standard_muscle_names()));
+  }
+
   std::string contractions_path_;
   std::string output_ = "animation.mp4";
   std::string video_path_;

@@ -49,7 +49,7 @@ class SimulateCommand : public Command {
   std::string example() const override {
     return "samples/smile.json -o result --with inertia --picture smile.png";
   }
-  int rank() const override { return 6; }
+  int rank() const override { return 7; }
   void declare(OptionSink& options) override {
     options.positional("SCENE", scene_path_, "a scene file (JSON, docs/formats.md)");
     options.text("-o,--output", folder_, "FOLDER", "where the results go; made if missing");
@@ -76,7 +76,7 @@ class SimulateCommand : public Command {
     }
     const auto anatomy =
         std::make_shared<const Anatomy>(make_generic_head(scene.identity, scene.head));
-    const ContractionTrack track = track_of(scene, *anatomy);
+    const ContractionTrack track = sample_motion(scene.motion, muscles_of(*anatomy));
     const OutputFolder folder(folder_);
 
     const Simulation simulation = simulate(scene, anatomy, track, context);
@@ -98,19 +98,22 @@ class SimulateCommand : public Command {
   }
 
  private:
-  static ContractionTrack track_of(const Scene& scene, const Anatomy& anatomy) {
+  static std::vector<std::string> muscles_of(const Anatomy& anatomy) {
     std::vector<std::string> muscles;
     for (const Muscle& muscle : anatomy.muscles) muscles.push_back(muscle.name);
-    return sample_motion(scene.motion, muscles);
+    return muscles;
   }
 
   Simulation simulate(const Scene& scene,
                       const std::shared_ptr<const Anatomy>& anatomy,
                       const ContractionTrack& track,
                       RunContext& context) const {
+    // Bars only for muscles that do something.
+    const ContractionTrack shown =
+        sample_motion(scene.motion, muscles_used(scene.motion, track.muscles));
     std::optional<FaceFilm> film;
     if (!video_path_.empty() || !picture_path_.empty()) {
-      film.emplace(anatomy, track, video_path_, picture_path_, animation_.animate_options());
+      film.emplace(anatomy, shown, video_path_, picture_path_, animation_.animate_options());
     }
     context.progress.begin(name(), static_cast<int>(track.frames.size()));
     const auto take = [&](int frame, const FaceState& state, const MotionRow& row) {

@@ -125,7 +125,7 @@ class StripCommand : public Command {
   std::string example() const override {
     return "-o result --with viscosity:ratio=0.5,relaxation_s=0.3";
   }
-  int rank() const override { return 7; }
+  int rank() const override { return 8; }
   void declare(OptionSink& options) override {
     options.text("-o,--output", folder_, "FOLDER", "where the results go; made if missing");
     effects_.declare(options);

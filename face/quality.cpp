@@ -1,0 +1,33 @@
+#include "face/quality.h"
+
+#include "src/base/check.h"
+
+namespace zygoma {
+
+void FaceQuality::apply(HeadOptions& head, TissueModel& tissue, SettleOptions& settle) const {
+  head.num_surface_vertices = surface_vertices;
+  tissue.lattice.layers = bi_layer ? zygoma::bi_layer() : tri_layer();
+  settle.relative_residual = relative_residual;
+}
+
+const std::vector<FaceQuality>& face_qualities() {
+  static const std::vector<FaceQuality> qualities{
+      {"draft", 300, true, 1e-2, 0.92},
+      {"between draft and standard", 500, true, 1e-2, 0.65},
+      {"standard", 1000, true, 1e-2, 0.42},
+      {"fine", 2000, true, 1e-4, 0.24},
+      {"between fine and reference", 2000, false, 1e-4, 0.23},
+      {"reference", 4000, false, 1e-6, 0.0}};
+  return qualities;
+}
+
+const FaceQuality& face_quality(const std::string& name) {
+  std::string known;
+  for (const FaceQuality& quality : face_qualities()) {
+    if (quality.name == name) return quality;
+    known += (known.empty() ? "" : ", ") + quality.name;
+  }
+  throw InputError("quality \"" + name + "\" is unknown, expected one of " + known);
+}
+
+}  // namespace zygoma

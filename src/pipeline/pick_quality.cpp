@@ -1,0 +1,73 @@
+#include "src/pipeline/pick_quality.h"
+
+#include <algorithm>
+#include <ctime>
+
+#include "src/pipeline/animate_face.h"
+
+namespace zygoma {
+namespace {
+
+constexpr int kStretches = 3;
+constexpr int kFramesPerStretch = 12;
+
+double processor_ms() {
+  return 1e3 * static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC);
+}
+
+// Mean time of a frame that follows another one. The jump into a stretch does not count.
+double frame_ms(const FaceQuality& quality,
+                const ContractionTrack& track,
+                const Identity& identity,
+                TissueModel tissue) {
+  HeadOptions head;
+  SettleOptions settle;
+  quality.apply(head, tissue, settle);
+  head.skin_levels = 0;
+  head.albedo_size_px = 64;
+  const auto anatomy = std::make_shared<const Anatomy>(make_generic_head(identity, head));
+  const std::vector<Controls> controls = controls_for(track, *anatomy);
+  Simulator face(anatomy, tissue, settle);
+  FaceState state = face.rest();
+  const auto num_frames = static_cast<int>(controls.size());
+  double sum_ms = 0.0;
+  int counted = 0;
+  for (int stretch = 0; stretch < kStretches; ++stretch) {
+    const int begin = stretch * num_frames / kStretches;
+    const int end = std::min(begin + kFramesPerStretch + 1, num_frames);
+    for (int k = begin; k < end; ++k) {
+      const double start_ms = processor_ms();
+      face.settle(controls[k], state);
+      if (k == begin) continue;
+      sum_ms += processor_ms() - start_ms;
+      ++counted;
+    }
+  }
+  return counted > 0 ? sum_ms / counted : 0.0;
+}
+
+}  // namespace
+
+QualityPick pick_for_budget(double budget_ms,
+                            const ContractionTrack& track,
+                            const Identity& identity,
+                            const TissueModel& tissue) {
+  QualityPick pick;
+  for (const FaceQuality& quality : face_qualities()) {
+    const double ms = frame_ms(quality, track, identity, tissue);
+    const bool quickest = &quality == &face_qualities().front();
+    if (ms > budget_ms && !quickest) break;
+    pick = {quality, ms, ms <= budget_ms};
+    if (!pick.fits) break;
+  }
+  return pick;
+}
+
+QualityPick pick_for_tolerance(double tolerance_mm) {
+  for (const FaceQuality& quality : face_qualities()) {
+    if (quality.expected_rms_mm <= tolerance_mm) return {quality, 0.0, true};
+  }
+  return {face_qualities().back(), 0.0, false};
+}
+
+}  // namespace zygoma

@@ -1,0 +1,28 @@
+// Which level of quality fits a budget of time: the levels are tried on a piece of the motion
+// itself, on the machine at hand.
+#pragma once
+
+#include "face/contractions.h"
+#include "face/quality.h"
+
+namespace zygoma {
+
+struct QualityPick {
+  FaceQuality quality;
+  double expected_ms = 0.0;  // per frame, of processor time
+  bool fits = true;          // false: not even the quickest does, which is the one picked
+};
+
+// The most accurate level that settles a frame of the track in budget_ms on average, with the
+// effects of the tissue. Levels are tried from the quickest on, over three stretches of the track,
+// until one is too slow.
+QualityPick pick_for_budget(double budget_ms,
+                            const ContractionTrack& track,
+                            const Identity& identity,
+                            const TissueModel& tissue);
+
+// The quickest level whose skin is expected to be within tolerance_mm (RMS) of the reference; the
+// reference itself if none is.
+QualityPick pick_for_tolerance(double tolerance_mm);
+
+}  // namespace zygoma
