@@ -64,6 +64,33 @@ bool faces(const Camera& camera, const std::vector<Vec3>& at, const Triangle& t)
   return normal.dot(eye - at[t[0]]) > 0.0;
 }
 
+int nearest_vertex(const SurfaceMesh& surface, const Vec3& p) {
+  const std::vector<Vec3>& at = surface.positions_mm;
+  const auto nearer = [&](const Vec3& a, const Vec3& b) {
+    return (a - p).squaredNorm() < (b - p).squaredNorm();
+  };
+  return static_cast<int>(std::min_element(at.begin(), at.end(), nearer) - at.begin());
+}
+
+std::vector<int> course_of(const Muscle& muscle, const SurfaceMesh& surface) {
+  if (!muscle.ring) return {nearest_vertex(surface, muscle.attachment_mm)};
+  // Half way between hole and edge of the ellipse.
+  constexpr int kSteps = 40;
+  constexpr double kShare = 0.65;
+  const Vec3 along = kShare * (muscle.emergence_mm - muscle.attachment_mm);
+  Vec3 across = muscle.ring->aspect * muscle.ring->forward.cross(along);
+  if (across.y() < 0.0) across = -across;
+  std::vector<int> course;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double angle = 2.0 * M_PI * i / kSteps;
+    const Vec3 p = muscle.attachment_mm + std::cos(angle) * along + std::sin(angle) * across;
+    if (muscle.ring->side * p.x() < 0.0 || muscle.ring->flap * std::sin(angle) < 0.0) continue;
+    const int v = nearest_vertex(surface, p);
+    if (course.empty() || course.back() != v) course.push_back(v);
+  }
+  return course;
+}
+
 }  // namespace
 
 Overlay parse_overlay(const std::string& text) {
@@ -113,14 +140,8 @@ std::vector<double> skin_strain(const SurfaceMesh& rest, const std::vector<Vec3>
 
 FaceOverlay::FaceOverlay(Overlay overlay, const Simulator& simulator)
     : overlay_(overlay), anatomy_(simulator.anatomy()), lattice_(simulator.lattice()) {
-  for (const Muscle& muscle : anatomy_.muscles) {
-    const std::vector<Vec3>& at = anatomy_.surface.positions_mm;
-    const auto nearer = [&](const Vec3& a, const Vec3& b) {
-      return (a - muscle.attachment_mm).squaredNorm() < (b - muscle.attachment_mm).squaredNorm();
-    };
-    attached_to_.push_back(
-        static_cast<int>(std::min_element(at.begin(), at.end(), nearer) - at.begin()));
-  }
+  for (const Muscle& muscle : anatomy_.muscles)
+    course_.push_back(course_of(muscle, anatomy_.surface));
 }
 
 const SkinTint* FaceOverlay::tint(const FaceState& state) {
@@ -185,21 +206,33 @@ void FaceOverlay::draw_muscles(const Controls& controls,
   const std::vector<Vec3> normals = smooth_normals(anatomy_.surface, lattice_.neighbors, 1);
   for (std::size_t m = 0; m < anatomy_.muscles.size(); ++m) {
     const Muscle& muscle = anatomy_.muscles[m];
-    const int v = attached_to_[m];
-    const Vec3 end = muscle.attachment_mm + state.positions_mm[v] - rest[v];
-    if (normals[v].dot(eye - end) < 0.0) continue;  // on the side that is not seen
+    const std::vector<int>& course = course_[m];
     const double c = m < controls.contraction.size() ? controls.contraction[m] : 0.0;
+    const cv::Scalar dark(25, 20, 45);
     const cv::Scalar colour(175.0 - 150.0 * c, 185.0 - 165.0 * c, 215.0 + 10.0 * c);
     const double scale = bgr.rows / 480.0;
     const int thickness = std::max(1, static_cast<int>(std::lround(scale * (1.2 + 3.0 * c))));
-    const cv::Point from = pixel(camera, muscle.emergence_mm);
-    const cv::Point to = pixel(camera, end);
-    const cv::Scalar dark(25, 20, 45);
-    cv::line(bgr, from, to, dark, thickness + std::max(1, thickness / 2), cv::LINE_AA, 4);
-    cv::line(bgr, from, to, colour, thickness, cv::LINE_AA, 4);
+    const auto stretch = [&](const Vec3& from, const Vec3& to) {
+      const int rim = thickness + std::max(1, thickness / 2);
+      cv::line(bgr, pixel(camera, from), pixel(camera, to), dark, rim, cv::LINE_AA, 4);
+      cv::line(bgr, pixel(camera, from), pixel(camera, to), colour, thickness, cv::LINE_AA, 4);
+    };
+    const auto is_seen = [&](int v) { return normals[v].dot(eye - state.positions_mm[v]) > 0.0; };
+    if (muscle.ring) {
+      for (std::size_t k = 0; k + 1 < course.size(); ++k) {
+        if (!is_seen(course[k]) || !is_seen(course[k + 1])) continue;
+        stretch(state.positions_mm[course[k]], state.positions_mm[course[k + 1]]);
+      }
+      continue;
+    }
+    const int v = course.front();
+    if (!is_seen(v)) continue;
+    const Vec3 end = muscle.attachment_mm + state.positions_mm[v] - rest[v];
+    stretch(muscle.emergence_mm, end);
     const int dot = static_cast<int>(std::lround(16.0 * scale * (1.8 + 1.2 * c)));
-    cv::circle(bgr, to, dot, colour, cv::FILLED, cv::LINE_AA, 4);
-    cv::circle(bgr, from, dot * 2 / 3, dark, cv::FILLED, cv::LINE_AA, 4);
+    cv::circle(bgr, pixel(camera, end), dot, colour, cv::FILLED, cv::LINE_AA, 4);
+    cv::circle(
+        bgr, pixel(camera, muscle.emergence_mm), dot * 2 / 3, dark, cv::FILLED, cv::LINE_AA, 4);
   }
 }
 

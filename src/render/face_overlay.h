@@ -1,8 +1,9 @@
 // What the physics knows, laid over the picture of a face:
 //
 //   lattice   the surface mesh from which the lattice hangs, as lines on the skin
-//   muscles   every muscle from its bone end to where it pulls the skin; the more it contracts, the
-//             redder and thicker the line
+//   muscles   every muscle from its bone end to where it pulls the skin, rings along their course
+//   in
+//             the skin; the more it contracts, the redder and thicker the line
 //   volume    V / V0 - 1 of the tissue below each surface vertex, as false colour
 //   strain    the principal strain of largest magnitude in the skin, as false colour: blue where it
 //             is pushed together (where furrows form), red where it is stretched
@@ -64,7 +65,9 @@ class FaceOverlay {
   const Anatomy& anatomy_;
   const Lattice& lattice_;
   SkinTint tint_;
-  std::vector<int> attached_to_;  // surface vertex nearest to each muscle's skin end
+  // Per muscle the surface vertices it is drawn through: the one nearest to its skin end, or those
+  // along a ring.
+  std::vector<std::vector<int>> course_;
 };
 
 }  // namespace zygoma
