@@ -72,21 +72,31 @@ int nearest_vertex(const SurfaceMesh& surface, const Vec3& p) {
   return static_cast<int>(std::min_element(at.begin(), at.end(), nearer) - at.begin());
 }
 
-std::vector<int> course_of(const Muscle& muscle, const SurfaceMesh& surface) {
-  if (!muscle.ring) return {nearest_vertex(surface, muscle.attachment_mm)};
+std::vector<CoursePoint> course_of(const Muscle& muscle, const SurfaceMesh& surface) {
+  const auto beside = [&](const Vec3& p) {
+    const int v = nearest_vertex(surface, p);
+    return CoursePoint{v, p - surface.positions_mm[v], false};
+  };
+  if (!muscle.ring) return {beside(muscle.attachment_mm)};
   // Half way between hole and edge of the ellipse.
   constexpr int kSteps = 40;
   constexpr double kShare = 0.65;
   const Vec3 along = kShare * (muscle.emergence_mm - muscle.attachment_mm);
   Vec3 across = muscle.ring->aspect * muscle.ring->forward.cross(along);
   if (across.y() < 0.0) across = -across;
-  std::vector<int> course;
+  std::vector<CoursePoint> course;
+  bool joined = false;
   for (int i = 0; i <= kSteps; ++i) {
-    const double angle = 2.0 * M_PI * i / kSteps;
+    const double angle = 2.0 * M_PI * (i + 0.5) / kSteps;
     const Vec3 p = muscle.attachment_mm + std::cos(angle) * along + std::sin(angle) * across;
-    if (muscle.ring->side * p.x() < 0.0 || muscle.ring->flap * std::sin(angle) < 0.0) continue;
-    const int v = nearest_vertex(surface, p);
-    if (course.empty() || course.back() != v) course.push_back(v);
+    const bool part =
+        muscle.ring->side * p.x() >= 0.0 && muscle.ring->flap * std::sin(angle) >= 0.0;
+    if (part) {
+      course.push_back(beside(p));
+      course.back().beside_mm.z() = 0.0;  // a ring is flat, the skin is not
+      course.back().joined = joined;
+    }
+    joined = part;
   }
   return course;
 }
@@ -202,11 +212,10 @@ void FaceOverlay::draw_muscles(const Controls& controls,
                                const Camera& camera,
                                cv::Mat& bgr) const {
   const Vec3 eye = camera.camera_from_face.inverse().translation();
-  const std::vector<Vec3>& rest = anatomy_.surface.positions_mm;
   const std::vector<Vec3> normals = smooth_normals(anatomy_.surface, lattice_.neighbors, 1);
   for (std::size_t m = 0; m < anatomy_.muscles.size(); ++m) {
     const Muscle& muscle = anatomy_.muscles[m];
-    const std::vector<int>& course = course_[m];
+    const std::vector<CoursePoint>& course = course_[m];
     const double c = m < controls.contraction.size() ? controls.contraction[m] : 0.0;
     const cv::Scalar dark(25, 20, 45);
     const cv::Scalar colour(175.0 - 150.0 * c, 185.0 - 165.0 * c, 215.0 + 10.0 * c);
@@ -217,17 +226,21 @@ void FaceOverlay::draw_muscles(const Controls& controls,
       cv::line(bgr, pixel(camera, from), pixel(camera, to), dark, rim, cv::LINE_AA, 4);
       cv::line(bgr, pixel(camera, from), pixel(camera, to), colour, thickness, cv::LINE_AA, 4);
     };
-    const auto is_seen = [&](int v) { return normals[v].dot(eye - state.positions_mm[v]) > 0.0; };
+    const auto place = [&](const CoursePoint& p) -> Vec3 {
+      return state.positions_mm[p.vertex] + p.beside_mm;
+    };
+    const auto is_seen = [&](const CoursePoint& p) {
+      return normals[p.vertex].dot(eye - place(p)) > 0.0;
+    };
     if (muscle.ring) {
       for (std::size_t k = 0; k + 1 < course.size(); ++k) {
-        if (!is_seen(course[k]) || !is_seen(course[k + 1])) continue;
-        stretch(state.positions_mm[course[k]], state.positions_mm[course[k + 1]]);
+        if (!course[k + 1].joined || !is_seen(course[k]) || !is_seen(course[k + 1])) continue;
+        stretch(place(course[k]), place(course[k + 1]));
       }
       continue;
     }
-    const int v = course.front();
-    if (!is_seen(v)) continue;
-    const Vec3 end = muscle.attachment_mm + state.positions_mm[v] - rest[v];
+    if (!is_seen(course.front())) continue;
+    const Vec3 end = place(course.front());
     stretch(muscle.emergence_mm, end);
     const int dot = static_cast<int>(std::lround(16.0 * scale * (1.8 + 1.2 * c)));
     cv::circle(bgr, pixel(camera, end), dot, colour, cv::FILLED, cv::LINE_AA, 4);

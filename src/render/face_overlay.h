@@ -38,6 +38,14 @@ std::vector<double> volume_change(const Lattice& lattice, const std::vector<Vec3
 // Principal strain of largest magnitude (stretch - 1) around each surface vertex.
 std::vector<double> skin_strain(const SurfaceMesh& rest, const std::vector<Vec3>& positions_mm);
 
+// Where a muscle is drawn: beside a surface vertex, with which it moves. Its skin end, or points
+// along a ring.
+struct CoursePoint {
+  int vertex = 0;
+  Vec3 beside_mm{0.0, 0.0, 0.0};
+  bool joined = false;  // to the point before
+};
+
 class FaceOverlay {
  public:
   // The simulator's anatomy and lattice must outlive the overlay.
@@ -65,9 +73,7 @@ class FaceOverlay {
   const Anatomy& anatomy_;
   const Lattice& lattice_;
   SkinTint tint_;
-  // Per muscle the surface vertices it is drawn through: the one nearest to its skin end, or those
-  // along a ring.
-  std::vector<std::vector<int>> course_;
+  std::vector<std::vector<CoursePoint>> course_;  // per muscle
 };
 
 }  // namespace zygoma
