@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <optional>
 
 #include "face/muscle_field.h"
 
@@ -148,8 +149,9 @@ VertexPull pull_of_ring(const Muscle& muscle,
   constexpr double kDetour = 1.6;  // along the skin, against the way through the air
   const Ring& ring = *muscle.ring;
   const RingFrame frame(muscle);
-  const LidMargin margin(muscle, frame, anatomy);
-  const bool is_slit = ring.pivot_mm && ring.along == 0.0 && margin.found();
+  std::optional<LidMargin> margin;
+  if (ring.pivot_mm && ring.along == 0.0) margin.emplace(muscle, frame, anatomy);
+  if (margin && !margin->found()) margin.reset();
   const double reach = muscle.radius_mm * std::max(1.0, ring.aspect);
   const std::vector<double> distance =
       distance_along(anatomy.surface, muscle.attachment_mm, kDetour * reach);
@@ -165,7 +167,7 @@ VertexPull pull_of_ring(const Muscle& muscle,
     const double b = ring_blend(ring, r) * half_share(ring, x.x(), pv, region, distinct[k]);
     if (b <= 0.0) continue;
     const bool upper = flap_of(region) != 0 ? flap_of(region) > 0 : pv > 0.0;
-    const double off = is_slit ? lid_travel(margin.height(upper, pu), pv) : pv;
+    const double off = margin ? lid_travel(margin->height(upper, pu), pv) : pv;
     Vec3 d =
         -muscle.largest_shortening * b * (ring.along * pu * frame.u + ring.across * off * frame.v);
     d = ring.pivot_mm ? on_ball(x, x + d, *ring.pivot_mm) - x : tangent_with_length(d, normal[k]);

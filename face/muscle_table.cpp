@@ -1,6 +1,7 @@
 #include "face/muscle_table.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -93,44 +94,59 @@ struct SurfacePoint {
   Vec3 normal;
 };
 
-// Barycentric coordinates of p in the frontal projection of a triangle; false if the triangle is
-// seen from behind or edge-on.
-bool frontal_barycentric(const SurfaceMesh& surface, const Triangle& t, const Vec2& p, Vec3& w) {
-  const Vec2 a = surface.positions_mm[t[0]].head<2>();
-  const Vec2 ab = surface.positions_mm[t[1]].head<2>() - a;
-  const Vec2 ac = surface.positions_mm[t[2]].head<2>() - a;
-  const double area = ab.x() * ac.y() - ab.y() * ac.x();
+// Barycentric coordinates of the point of a triangle that is nearest to p in the frontal
+// projection; false if the triangle is seen from behind or edge-on.
+bool frontal_nearest(const SurfaceMesh& surface, const Triangle& t, const Vec2& p, Vec3& w) {
+  const std::array<Vec2, 3> x{surface.positions_mm[t[0]].head<2>(),
+                              surface.positions_mm[t[1]].head<2>(),
+                              surface.positions_mm[t[2]].head<2>()};
+  const auto cross = [](const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); };
+  const double area = cross(x[1] - x[0], x[2] - x[0]);
   if (area < 1e-9) return false;
-  const Vec2 ap = p - a;
-  w[1] = (ap.x() * ac.y() - ap.y() * ac.x()) / area;
-  w[2] = (ab.x() * ap.y() - ab.y() * ap.x()) / area;
-  w[0] = 1.0 - w[1] - w[2];
+  for (int k = 0; k < 3; ++k) {
+    w[k] = cross(x[(k + 1) % 3] - p, x[(k + 2) % 3] - p) / area;
+  }
+  if (w.minCoeff() >= 0.0) return true;
+  double best = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 3; ++k) {
+    const Vec2 along = x[(k + 1) % 3] - x[k];
+    const double u = std::clamp((p - x[k]).dot(along) / along.squaredNorm(), 0.0, 1.0);
+    const double distance = (x[k] + u * along - p).norm();
+    if (distance >= best) continue;
+    best = distance;
+    w.setZero();
+    w[k] = 1.0 - u;
+    w[(k + 1) % 3] = u;
+  }
   return true;
 }
 
 // The surface point seen at p from the front; in a hole (mouth, eye) or beside the face the nearest
-// point of a triangle that faces forward.
+// one that is seen. On an edge the normal is the mean of its sides, so that it does not depend on
+// the order of the triangles.
 SurfacePoint frontal_point(const SurfaceMesh& surface, const Vec2& p) {
+  constexpr double kSameMm = 1e-6;
   SurfacePoint best;
   double best_distance = std::numeric_limits<double>::infinity();
-  double best_z = -std::numeric_limits<double>::infinity();
   for (const Triangle& t : surface.triangles) {
     Vec3 w;
-    if (!frontal_barycentric(surface, t, p, w)) continue;
-    // Outside, the clamped weights give a point of the triangle close to the nearest one.
-    w = w.cwiseMax(0.0);
-    w /= w.sum();
+    if (!frontal_nearest(surface, t, p, w)) continue;
     const Vec3 q = w[0] * surface.positions_mm[t[0]] + w[1] * surface.positions_mm[t[1]] +
                    w[2] * surface.positions_mm[t[2]];
     const double distance = (q.head<2>() - p).norm();
-    const bool nearer = distance < best_distance - 1e-9;
-    const bool in_front = distance < best_distance + 1e-9 && q.z() > best_z;
-    if (!nearer && !in_front) continue;
-    best_distance = std::min(distance, best_distance);
-    best_z = q.z();
-    best = {q, triangle_normal(surface, t).normalized()};
+    if (distance > best_distance + kSameMm) continue;
+    const bool nearer = distance < best_distance - kSameMm;
+    if (!nearer && q.z() < best.position_mm.z() - kSameMm) continue;
+    const Vec3 normal = triangle_normal(surface, t).normalized();
+    if (!nearer && (q - best.position_mm).norm() < kSameMm) {
+      best.normal += normal;
+    } else {
+      best_distance = distance;
+      best = {q, normal};
+    }
   }
   require(std::isfinite(best_distance), "surface: no triangle faces forward, expected a face");
+  best.normal.normalize();
   return best;
 }
 

@@ -120,7 +120,7 @@ TEST(SkullContact, SensitivitiesMatchCentralDifferencesInContact) {
   TissueModel model;
   model.effects.push_back({"skull_contact", {{"distance_share", 0.9}}});
   Simulator simulator(head(), model, tight());
-  Controls controls = contracted(*head(), "occipitofrontalis", 0.5);
+  Controls controls = contracted(*head(), "occipitofrontalis", 0.6);
   controls.jaw_rad = 0.05;
   FaceState state = simulator.rest();
   ASSERT_TRUE(simulator.settle(controls, state).converged);
@@ -246,7 +246,7 @@ TEST(LipContact, SensitivitiesMatchCentralDifferencesInContact) {
   model.effects.push_back({"lip_contact", {}});
   model.effects.push_back({"teeth_contact", {}});
   Simulator simulator(pouting_head(), model, tight());
-  Controls controls = contracted(*pouting_head(), "lift", 0.4);
+  Controls controls = contracted(*pouting_head(), "lift", 0.35);
   controls.contraction[pouting_head()->muscle_index("depressor_anguli_oris_L")] = 0.3;
   controls.jaw_rad = 0.01;
   FaceState state = simulator.rest();

