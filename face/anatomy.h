@@ -33,11 +33,26 @@ struct Texture {
   std::vector<std::uint8_t> rgb;
 };
 
+// Heights finer than the skin's mesh, texel by texel of the albedo picture; empty = smooth.
+struct Relief {
+  std::vector<float> detail_mm;  // pores, lines of the lips: always there
+  std::vector<float> furrow;     // pattern of the furrows, -1 at their bottom (furrows.h)
+};
+
+// How the skin folds at a vertex: perpendicular to `across` (unit, at rest; zero = it does not), in
+// furrows `spacing_mm` apart.
+struct FurrowSite {
+  Eigen::Vector3f across{0.0F, 0.0F, 0.0F};
+  float spacing_mm = 0.0F;
+};
+
 struct Skin {
   SurfaceMesh mesh;
   std::vector<Eigen::Vector2f> uv;  // into `albedo`, [0, 1], v downwards
   Embedding embedding;
   Texture albedo;
+  Relief relief;
+  std::vector<FurrowSite> furrow_sites;  // per vertex, or empty
 };
 
 enum class Bone : std::uint8_t { kSkull, kMandible };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "face/noise.h"
+
 namespace zygoma {
 namespace {
 
@@ -15,49 +17,6 @@ constexpr double kZoom = 1.7;  // texels per mm in the middle over the mean, rou
 
 double squeeze(double s) { return std::asinh(kZoom * s) / std::asinh(kZoom); }
 double stretch(double s) { return std::sinh(s * std::asinh(kZoom)) / kZoom; }
-
-// Small deterministic generator (SplitMix64), the same on every machine.
-class Dice {
- public:
-  explicit Dice(std::uint64_t seed) : state_(seed * 0x9E3779B97F4A7C15ULL + 0x1234567ULL) {}
-  double operator()() {  // [0, 1)
-    state_ += 0x9E3779B97F4A7C15ULL;
-    std::uint64_t z = state_;
-    z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9ULL;
-    z = (z ^ (z >> 27U)) * 0x94D049BB133111EBULL;
-    return static_cast<double>((z ^ (z >> 31U)) >> 11U) / 9007199254740992.0;
-  }
-  double between(double low, double high) { return low + (high - low) * (*this)(); }
-
- private:
-  std::uint64_t state_;
-};
-
-double lattice(int i, int j, std::uint32_t seed) {  // [-1, 1]
-  std::uint32_t h = static_cast<std::uint32_t>(i) * 0x8da6b343U ^
-                    static_cast<std::uint32_t>(j) * 0xd8163841U ^ seed * 0xcb1ab31fU;
-  h ^= h >> 15U;
-  h *= 0x2c1b3c6dU;
-  h ^= h >> 12U;
-  h *= 0x297a2d39U;
-  h ^= h >> 15U;
-  return static_cast<double>(h) / 2147483648.0 - 1.0;
-}
-
-// Value noise of unit wavelength, [-1, 1].
-double noise(double x, double y, std::uint32_t seed) {
-  const double fx = std::floor(x);
-  const double fy = std::floor(y);
-  const int i = static_cast<int>(fx);
-  const int j = static_cast<int>(fy);
-  const double p = x - fx;
-  const double q = y - fy;
-  const double u = p * p * (3.0 - 2.0 * p);
-  const double v = q * q * (3.0 - 2.0 * q);
-  const double low = lattice(i, j, seed) * (1 - u) + lattice(i + 1, j, seed) * u;
-  const double high = lattice(i, j + 1, seed) * (1 - u) + lattice(i + 1, j + 1, seed) * u;
-  return low * (1 - v) + high * v;
-}
 
 Colour mix(const Colour& a, const Colour& b, double t) {
   return a + static_cast<float>(std::clamp(t, 0.0, 1.0)) * (b - a);
@@ -90,33 +49,9 @@ class Painter {
   }
 
   void ground() {
-    // The frontal picture is smooth over the texture: known on a grid, linear between.
-    constexpr int kStep = 8;
-    const int nodes = size_ / kStep + 2;
-    std::vector<Vec2> grid;
-    for (int j = 0; j < nodes; ++j) {
-      for (int i = 0; i < nodes; ++i) {
-        grid.push_back(shape_.front_from_domain(domain_of_texel(i * kStep, j * kStep)));
-      }
-    }
-    // The domain's x depends on the column only, its y on the row only.
-    std::vector<double> x_of_column, y_of_row;
-    for (int i = 0; i < size_; ++i) {
-      const Vec2 on_diagonal = domain_of_texel(i, i);
-      x_of_column.push_back(on_diagonal.x());
-      y_of_row.push_back(on_diagonal.y());
-    }
-    for (int row = 0; row < size_; ++row) {
-      for (int column = 0; column < size_; ++column) {
-        const Vec2* at = grid.data() + (row / kStep) * nodes + column / kStep;
-        const double u = (column % kStep) / static_cast<double>(kStep);
-        const double v = (row % kStep) / static_cast<double>(kStep);
-        const Vec2 front =
-            (1 - v) * ((1 - u) * at[0] + u * at[1]) + v * ((1 - u) * at[nodes] + u * at[nodes + 1]);
-        canvas_[std::size_t(row) * size_ + column] =
-            ground_colour(Vec2(x_of_column[column], y_of_row[row]), front);
-      }
-    }
+    over_texels(shape_, size_, [&](std::size_t texel, const Vec2& domain, const Vec2& front) {
+      canvas_[texel] = ground_colour(domain, front);
+    });
   }
 
   void brows() {
@@ -250,6 +185,26 @@ class Painter {
     return colour;
   }
 
+  // The shadow of a beard and its short hairs: jaw, chin and upper lip.
+  void stubble(const Vec2& domain, const Vec2& front, Colour& colour) const {
+    const double x = front.x();
+    const double y = front.y();
+    // Up to a line from the corner of the mouth to the ear, down to the throat.
+    const double cheek = smooth_step(7.0, -7.0, y - (-66.0 + 0.55 * std::max(0.0, x - 26.0)));
+    const double lip = smooth_step(30.0, 24.0, x) * smooth_step(-49.0, -54.0, y);
+    const double throat = smooth_step(-138.0, -118.0, domain.y());
+    const double back = smooth_step(112.0, 98.0, std::abs(domain.x()));
+    const double grows = identity_.stubble * std::max(cheek, lip) * throat * back;
+    if (grows <= 0.0) return;
+    const std::uint32_t seed = identity_.texture_seed;
+    const double patchy = 0.85 + 0.15 * noise(domain.x() / 9.0, domain.y() / 9.0, seed + 61);
+    const double hairs = noise(domain.x() / 0.8, domain.y() / 1.1, seed + 62) +
+                         0.7 * noise(domain.x() / 0.5, domain.y() / 0.7, seed + 63);
+    const Colour shadow = colour.cwiseProduct(Colour(0.70F, 0.72F, 0.76F));
+    colour = mix(colour, shadow, 0.75 * grows * patchy);
+    colour = mix(colour, dark_, 0.42 * grows * patchy * smooth_step(0.0, 1.0, hairs));
+  }
+
   void lips(const Vec2& domain, const Vec2& front, Colour& colour) const {
     static const FunctionCurve line(mouth_line());
     static const FunctionCurve upper(upper_lip_border());
@@ -259,10 +214,10 @@ class Painter {
     const double d = front.y() - line(x);
     const double height = d > 0.0 ? upper(x) - line(x) : line(x) - lower(x);
     const double out = std::abs(d) - height;
-    const double red = smooth_step(0.55, -0.65, out) * smooth_step(26.6, 24.2, x);
+    const double red = smooth_step(1.0, -1.1, out) * smooth_step(26.6, 24.2, x);
     const double fine = noise(domain.x() / 0.7, domain.y() / 5.0, identity_.texture_seed + 5);
-    Colour lip = identity_.skin_tone.cwiseProduct(d > 0.0 ? Colour(0.815F, 0.60F, 0.60F)
-                                                          : Colour(0.88F, 0.66F, 0.655F));
+    Colour lip = identity_.skin_tone.cwiseProduct(d > 0.0 ? Colour(0.845F, 0.655F, 0.655F)
+                                                          : Colour(0.91F, 0.72F, 0.715F));
     lip *= static_cast<float>(1.0 + 0.05 * fine);
     colour = mix(colour, lip, 0.92 * red);
     // Paler roll around the red, and the dark line between the lips.
@@ -292,17 +247,13 @@ class Painter {
                                            smooth_step(1.12, 0.75, s));
   }
 
-  Vec2 domain_of_texel(int column, int row) const {
-    return domain_from_uv({(static_cast<float>(column) + 0.5F) / static_cast<float>(size_),
-                           (static_cast<float>(row) + 0.5F) / static_cast<float>(size_)});
-  }
-
   Colour ground_colour(const Vec2& domain, const Vec2& front) const {
     // Under thick hair almost nothing is seen of the skin.
     constexpr double kThick = 1.8;  // mm
     const double thick = shape_.hair_mm(domain);
     if (thick > kThick) return hair(domain, thick, identity_.skin_tone);
     Colour colour = skin_colour(domain, front);
+    if (identity_.stubble > 0.0) stubble(domain, front, colour);
     const bool in_front = std::abs(domain.x()) < 75.0 && domain.y() < 60.0 && domain.y() > -120.0;
     if (in_front) {
       lips(domain, front, colour);
@@ -323,21 +274,7 @@ class Painter {
   }
 
   Colour hair(const Vec2& domain, double thick, const Colour& skin) const {
-    if (thick <= 0.0) return skin;
-    // Strands run away from the face.
-    const Vec2 from_face = domain - Vec2(0.0, 5.0);
-    const double angle = std::atan2(from_face.x(), from_face.y());
-    const double radius = from_face.norm();
-    const std::uint32_t seed = identity_.texture_seed;
-    const double wave = angle + 0.03 * noise(radius / 30.0, 3.0 * angle, seed + 11);
-    const double strand = 0.55 * noise(wave * 130.0, radius / 34.0, seed + 12) +
-                          0.45 * noise(wave * 320.0, radius / 22.0, seed + 13);
-    const double lock = noise(wave * 26.0, radius / 60.0, seed + 14);
-    const double cover =
-        smooth_step(0.10, 1.3, thick + 0.45 * strand * smooth_step(0.0, 0.4, thick));
-    Colour colour = identity_.hair_tone *
-                    static_cast<float>(std::max(0.15, 0.85 + 0.50 * strand + 0.22 * lock));
-    return mix(skin, colour, 0.97 * cover);
+    return hair_over_skin(identity_, domain, thick, skin);
   }
 
   // A tapering hair in the frontal picture, x >= 0.
@@ -401,6 +338,61 @@ Eigen::Vector2f uv_from_domain(const Vec2& domain_mm) {
 Vec2 domain_from_uv(const Eigen::Vector2f& uv) {
   return {kHalfWidth * stretch(2.0 * uv.x() - 1.0),
           kMiddleY - kHalfHeight * stretch(2.0 * uv.y() - 1.0)};
+}
+
+Eigen::Vector3f hair_over_skin(const Identity& identity,
+                               const Vec2& domain,
+                               double thick,
+                               const Eigen::Vector3f& skin) {
+  if (thick <= 0.0) return skin;
+  // Strands run away from the face.
+  const Vec2 from_face = domain - Vec2(0.0, 5.0);
+  const double angle = std::atan2(from_face.x(), from_face.y());
+  const double radius = from_face.norm();
+  const std::uint32_t seed = identity.texture_seed;
+  const double wave = angle + 0.03 * noise(radius / 30.0, 3.0 * angle, seed + 11);
+  const double strand = 0.55 * noise(wave * 130.0, radius / 34.0, seed + 12) +
+                        0.45 * noise(wave * 320.0, radius / 22.0, seed + 13);
+  const double lock = noise(wave * 26.0, radius / 60.0, seed + 14);
+  const double cover = smooth_step(0.10, 1.3, thick + 0.45 * strand * smooth_step(0.0, 0.4, thick));
+  Colour colour =
+      identity.hair_tone * static_cast<float>(std::max(0.15, 0.85 + 0.50 * strand + 0.22 * lock));
+  return mix(skin, colour, 0.97 * cover);
+}
+
+void over_texels(const HeadShape& shape,
+                 int size_px,
+                 const std::function<void(std::size_t, const Vec2&, const Vec2&)>& paint) {
+  const auto domain_of_texel = [&](int column, int row) {
+    return domain_from_uv({(static_cast<float>(column) + 0.5F) / static_cast<float>(size_px),
+                           (static_cast<float>(row) + 0.5F) / static_cast<float>(size_px)});
+  };
+  // The frontal picture is smooth over the texture: known on a grid, linear between.
+  constexpr int kStep = 8;
+  const int nodes = size_px / kStep + 2;
+  std::vector<Vec2> grid;
+  for (int j = 0; j < nodes; ++j) {
+    for (int i = 0; i < nodes; ++i) {
+      grid.push_back(shape.front_from_domain(domain_of_texel(i * kStep, j * kStep)));
+    }
+  }
+  // The domain's x depends on the column only, its y on the row only.
+  std::vector<double> x_of_column, y_of_row;
+  for (int i = 0; i < size_px; ++i) {
+    const Vec2 on_diagonal = domain_of_texel(i, i);
+    x_of_column.push_back(on_diagonal.x());
+    y_of_row.push_back(on_diagonal.y());
+  }
+  for (int row = 0; row < size_px; ++row) {
+    for (int column = 0; column < size_px; ++column) {
+      const Vec2* at = grid.data() + (row / kStep) * nodes + column / kStep;
+      const double u = (column % kStep) / static_cast<double>(kStep);
+      const double v = (row % kStep) / static_cast<double>(kStep);
+      const Vec2 front =
+          (1 - v) * ((1 - u) * at[0] + u * at[1]) + v * ((1 - u) * at[nodes] + u * at[nodes + 1]);
+      paint(std::size_t(row) * size_px + column, Vec2(x_of_column[column], y_of_row[row]), front);
+    }
+  }
 }
 
 Texture paint_skin(const HeadShape& shape, const Identity& identity, int size_px) {

@@ -8,6 +8,7 @@
 #include "face/appearance.h"
 #include "face/head_mesh.h"
 #include "face/head_parts.h"
+#include "face/head_relief.h"
 #include "face/head_shape.h"
 #include "face/head_skin.h"
 #include "face/muscle_table.h"
@@ -33,7 +34,7 @@ constexpr std::array<TissueSample, 24> kTissue{{
     {0, -69, 8.0},  {0, -88, 9.5},   {0, -104, 9.0},  {45, -90, 10.0},
 }};
 
-double tissue_depth(const DomainPoint& point, const Vec2& front) {
+double tissue_depth(const HeadShape& shape, const DomainPoint& point, const Vec2& front) {
   if (point.inward > 0.0) return 1.2;
   const Vec2 at(std::abs(front.x()), front.y());
   double sum = 0.0;
@@ -45,7 +46,12 @@ double tissue_depth(const DomainPoint& point, const Vec2& front) {
     total += w;
   }
   double depth = sum / total;
-  if (point.rim == Rim::kMouth) depth = 3.0;
+  // The lips are as thick as their free edge where they part, and gain from there.
+  const double off_corner = std::abs(point.at_mm.x()) - shape.mouth_corner_x();
+  const double along_slit = std::min(std::abs(point.at_mm.x()), shape.mouth_corner_x());
+  const double off_line = point.at_mm.y() - shape.mouth_rim(along_slit, 0);
+  const double from_slit = std::hypot(std::max(0.0, off_corner), off_line);
+  depth = 3.2 + (depth - 3.2) * smooth_step(0.0, 11.0, from_slit);
   if (point.rim == Rim::kEye) depth = 1.4;  // thin: a lid goes where its muscle takes it
   // Thinner towards the outline of the head.
   const double x = std::abs(point.at_mm.x());
@@ -53,26 +59,27 @@ double tissue_depth(const DomainPoint& point, const Vec2& front) {
   return std::max(1.2, depth * (0.4 + 0.6 * smooth_step(0.0, 45.0, border)));
 }
 
-// 1 on everything the mandible carries, 0 on the skull; the cheek blends along the line from the
-// corner of the mouth to the ear.
+// 1 on everything the mandible carries, 0 on the skull. The cheek blends along the line from the
+// corner of the mouth to the ear. The lips part at the slit, but towards its corner both come to
+// share the motion (what lies behind them there is the cheek, not a bone), so that no column of
+// tissue stands between two neighbours which the jaw tears apart.
 double mandible_weight(const HeadShape& shape, const DomainPoint& point) {
+  constexpr double kCornerHalfWidth = 11.0;
   const double x = std::abs(point.at_mm.x());
   const double y = point.at_mm.y();
   const double corner = shape.mouth_corner_x();
   const double neck = smooth_step(-165.0, -125.0, y);
   const double back = smooth_step(122.0, 96.0, x);
-  if (x <= corner + 0.5) {
-    const double line = shape.mouth_rim(std::min(x, corner), 0);
-    const bool below = point.rim == Rim::kMouth ? point.side < 0 : y < line;
-    if (point.rim == Rim::kMouth && point.side == 0) return 0.5 * neck;
-    // The lower lip stretches towards the upper one and lags behind the teeth.
-    const double lag = 0.1 * smooth_step(-90.0, -70.0, y);
-    return below ? neck * (1.0 - lag) : 0.0;
-  }
-  const double rise = std::min(x - corner, 60.0);
-  const double line = shape.mouth_rim(corner, +1) + 0.42 * rise;
-  const double half_width = 1.5 + 0.55 * rise;
-  return smooth_step(half_width, -half_width, y - line) * neck * back;
+  const double rise = std::clamp(x - corner, 0.0, 60.0);
+  const double line = shape.mouth_rim(std::min(x, corner), 0) + 0.42 * rise;
+  const double half_width = kCornerHalfWidth + 0.5 * rise;
+  const double blended = smooth_step(half_width, -half_width, y - line);
+  const bool below = point.rim == Rim::kMouth ? point.side < 0 : y < line;
+  // The lower lip stretches towards the upper one and lags behind the teeth.
+  const double lag = 0.1 * smooth_step(-90.0, -70.0, y);
+  const double parted = below ? 1.0 - lag : 0.0;
+  const double shared = std::pow(std::min(1.0, x / corner), 2.5);
+  return (parted + shared * (blended - parted)) * neck * back;
 }
 
 Region region_of(const HeadShape& shape, const DomainPoint& point, const Vec2& front) {
@@ -156,6 +163,7 @@ void Identity::check() const {
   require_range("identity: brow_height_mm", brow_height_mm, -4.0, 5.0);
   require_range("identity: eye_distance", eye_distance, 0.93, 1.08);
   require_range("identity: chin_length", chin_length, 0.85, 1.20);
+  require_range("identity: stubble", stubble, 0.0, 1.0);
   require_colour("identity: skin_tone", skin_tone);
   require_colour("identity: hair_tone", hair_tone);
 }
@@ -176,7 +184,7 @@ Anatomy make_generic_head(const Identity& identity, const HeadOptions& options) 
   anatomy.surface = lifted(shape, domain);
   for (const DomainPoint& point : domain.points) {
     const Vec2 front = shape.front_from_domain(point.at_mm);
-    anatomy.tissue_depth_mm.push_back(tissue_depth(point, front));
+    anatomy.tissue_depth_mm.push_back(tissue_depth(shape, point, front));
     anatomy.mandible_weight.push_back(mandible_weight(shape, point));
     anatomy.region.push_back(region_of(shape, point, front));
   }
@@ -189,6 +197,8 @@ Anatomy make_generic_head(const Identity& identity, const HeadOptions& options) 
   }
   anatomy.skin.embedding = std::move(fine.embedding);
   anatomy.skin.albedo = paint_skin(shape, identity, options.albedo_size_px);
+  anatomy.skin.relief = carve_relief(shape, identity, options.albedo_size_px);
+  anatomy.skin.furrow_sites = lay_furrows(shape, fine.domain, anatomy.skin.mesh);
   anatomy.rigid_parts = make_rigid_parts(shape, identity);
   anatomy.teeth = make_teeth(shape);
   anatomy.muscles = standard_muscles(

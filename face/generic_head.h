@@ -21,6 +21,7 @@ struct Identity {
   double chin_length = 1.0;
   Eigen::Vector3f skin_tone{0.80F, 0.58F, 0.46F};  // sRGB
   Eigen::Vector3f hair_tone{0.16F, 0.11F, 0.08F};
+  double stubble = 0.0;            // of the beard, [0, 1]
   std::uint32_t texture_seed = 1;  // freckles, brow hairs, blotches
 
   // Throws InputError naming the first value outside its range.

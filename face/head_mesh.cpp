@@ -29,6 +29,15 @@ double relative_spacing(const HeadShape& shape, const Vec2& p) {
   return std::min(s, 4.6);
 }
 
+// Wanted spacing. The tissue shears most at the corner of the mouth when the jaw opens: however
+// coarse the mesh, elements there stay small, or they turn inside out.
+double spacing_mm(const HeadShape& shape, const Vec2& p, double finest) {
+  constexpr double kAtCorner = 4.0;
+  const Vec2 corner(shape.mouth_corner_x(), shape.mouth_rim(shape.mouth_corner_x(), 0));
+  const double off = (Vec2(std::abs(p.x()), p.y()) - corner).norm();
+  return std::min(finest * relative_spacing(shape, p), kAtCorner + 0.3 * off);
+}
+
 bool in_outline(const Vec2& p) {
   if (p.x() < 0.0 || p.x() > kSide || p.y() < kBottom) return false;
   const double up = std::max(0.0, (p.y() - kCrown) / (kTop - kCrown));
@@ -53,7 +62,7 @@ bool in_domain(const HeadShape& shape, const Vec2& p) {
 std::vector<Vec2> spaced(const HeadShape& shape, const std::vector<Vec2>& line, double finest) {
   std::vector<double> count(line.size(), 0.0);  // steps needed up to here
   for (std::size_t i = 1; i < line.size(); ++i) {
-    const double h = finest * relative_spacing(shape, 0.5 * (line[i] + line[i - 1]));
+    const double h = spacing_mm(shape, 0.5 * (line[i] + line[i - 1]), finest);
     count[i] = count[i - 1] + (line[i] - line[i - 1]).norm() / h;
   }
   const int steps = std::max(2, static_cast<int>(std::lround(count.back())));
@@ -99,10 +108,10 @@ void add_rim(HalfPoints& half, const HeadShape& shape, Rim rim, double finest) {
     upper.push_back({x, y(x, +1)});
   }
   std::vector<Vec2> stations = spaced(shape, upper, 0.85 * finest);
-  const double ring = 0.8 * finest;
   std::vector<Vec2> around;
   for (std::size_t i = 0; i < stations.size(); ++i) {
     const double x = stations[i].x();
+    const double ring = 0.8 * spacing_mm(shape, {x, y(x, +1)}, finest);
     const bool corner = (eye && i == 0) || i + 1 == stations.size();
     if (corner) {
       add(half, {x, y(x, +1)}, rim, 0);
@@ -125,7 +134,7 @@ HalfPoints border_points(const HeadShape& shape, double finest) {
   HalfPoints half;
   add_rim(half, shape, Rim::kMouth, finest);
   add_rim(half, shape, Rim::kEye, finest);
-  const double ring = 0.8 * finest;
+  const double ring = 0.8 * spacing_mm(shape, {0.0, shape.mouth_rim(0.0, +1)}, finest);
   const auto add_inner =
       [&](const std::vector<Vec2>& line, std::size_t skip_front, std::size_t skip_back) {
         const std::vector<Vec2> points = spaced(shape, line, finest);
@@ -162,7 +171,7 @@ void fill(HalfPoints& half, const HeadShape& shape, double finest) {
     const Vec2 p(0.5 * kSide * (1.0 + hashed(2 * i + 1)),
                  kBottom + 0.5 * (kTop - kBottom) * (1.0 + hashed(2 * i + 2)));
     if (!in_domain(shape, p)) continue;
-    const double radius = 0.78 * finest * relative_spacing(shape, p);
+    const double radius = 0.78 * spacing_mm(shape, p, finest);
     const bool is_free =
         std::none_of(half.points.begin(), half.points.end(), [&](const DomainPoint& q) {
           return (q.at_mm - p).squaredNorm() < radius * radius;
@@ -265,13 +274,13 @@ void relax(HalfPoints& half, const HeadShape& shape, double finest) {
       const Vec2 between = half.points[b].at_mm - half.points[a].at_mm;
       const double length = between.norm();
       const Vec2 middle = 0.5 * (half.points[b].at_mm + half.points[a].at_mm);
-      const double push = std::max(0.0, 1.15 * finest * relative_spacing(shape, middle) - length);
+      const double push = std::max(0.0, 1.15 * spacing_mm(shape, middle, finest) - length);
       force[a] -= push / length * between;
       force[b] += push / length * between;
     }
     for (std::size_t i = half.num_fixed; i < half.points.size(); ++i) {
       const Vec2 p = half.points[i].at_mm;
-      const double longest = 0.3 * finest * relative_spacing(shape, p);
+      const double longest = 0.3 * spacing_mm(shape, p, finest);
       Vec2 step = 0.2 * force[i];
       if (step.norm() > longest) step *= longest / step.norm();
       if (in_domain(shape, p + step)) half.points[i].at_mm = p + step;
@@ -389,6 +398,15 @@ Stencil even_stencil(int v, const Neighbourhood& near) {
 }
 
 }  // namespace
+
+Vec2 outline_point(double s) {
+  constexpr double kArcShare = 0.58;
+  if (s > kArcShare) {
+    return {kSide, kCrown + (kBottom - kCrown) * (s - kArcShare) / (1.0 - kArcShare)};
+  }
+  const double a = 0.5 * M_PI * (1.0 - s / kArcShare);
+  return {s > 0.0 ? kSide * std::cos(a) : 0.0, kCrown + (kTop - kCrown) * std::sin(a)};
+}
 
 DomainMesh mesh_domain(const HeadShape& shape, int num_vertices) {
   // The number of vertices goes with the inverse square of the spacing.

@@ -21,6 +21,9 @@ struct DomainMesh {
 // About num_vertices vertices in all.
 DomainMesh mesh_domain(const HeadShape& shape, int num_vertices);
 
+// The outline of the domain, X >= 0: s in [0, 1] from the crown to the side of the neck.
+Vec2 outline_point(double s);
+
 // One step of subdivision, 1 triangle into 4: even vertices first, then one per edge. `stencils`
 // says how a displacement goes from old to new vertices (Loop's smooth weights, border edges on
 // their own).

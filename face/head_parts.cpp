@@ -6,6 +6,8 @@
 #include <functional>
 
 #include "face/appearance.h"
+#include "face/head_chart.h"
+#include "face/head_mesh.h"
 
 namespace zygoma {
 namespace {
@@ -80,8 +82,8 @@ RigidPart eyeball(const HeadShape& shape, bool left) {
   return part;
 }
 
-constexpr DentalArch kUpperArch{27.0, 33.0, 11.5, -71.0, 14.0};
-constexpr DentalArch kLowerArch{25.0, 31.0, 9.0, -70.0, 14.0};
+constexpr DentalArch kUpperArch{29.0, 33.0, 11.5, -71.8, 14.0};
+constexpr DentalArch kLowerArch{27.0, 31.0, 9.0, -70.0, 14.0};
 
 // A dental arch in plan, `wider` by so much: x(u), z(u), u in [-1, 1] from the subject's right to
 // left.
@@ -91,9 +93,11 @@ Vec2 arch_at(double u, const DentalArch& arch, double wider_mm = 0.0) {
           arch.front_z_mm - arch.depth_mm * (1.0 - std::pow(std::cos(a), 0.8))};
 }
 
+// A row of teeth with gum: the outer face from gum to edge, round the edge and up the inner face.
 RigidPart teeth(const HeadShape& shape, bool upper) {
   constexpr int kColumns = 121;
-  constexpr int kRows = 11;
+  constexpr int kOuter = 11;
+  constexpr int kRows = kOuter + 5;
   RigidPart part;
   part.name = upper ? "teeth_upper" : "teeth_lower";
   part.bone = upper ? Bone::kSkull : Bone::kMandible;
@@ -113,7 +117,9 @@ RigidPart teeth(const HeadShape& shape, bool upper) {
     arc_at[kColumns - 1 - c] = arc;
   }
   for (int r = 0; r < kRows; ++r) {
-    const double v = r / (kRows - 1.0);  // 0 at the cutting edge, 1 in the gum
+    // 0 at the cutting edge, 1 in the gum.
+    const double v = r < kOuter ? 1.0 - r / (kOuter - 1.0) : (r - kOuter + 0.6) / (kRows - kOuter);
+    const double behind = r < kOuter ? 0.0 : 0.35 + 0.65 * std::sqrt(v);
     for (int c = 0; c < kColumns; ++c) {
       const double u = (2.0 * c) / (kColumns - 1.0) - 1.0;
       double start = 0.0;
@@ -122,53 +128,56 @@ RigidPart teeth(const HeadShape& shape, bool upper) {
         start += widths[tooth++];
       const double across = std::clamp((arc_at[c] - start) / widths[tooth], 0.0, 1.0);
       const double middle = 4.0 * across * (1.0 - across);  // 0 between two teeth
-      const Vec2 plan = arch_at(u, arch, 0.9 * std::pow(middle, 0.4) * (1 - v));
+      // Cutting teeth are thin, those that grind as thick as wide.
+      const double thick = behind * (5.0 + 4.5 * smooth_step(0.25, 0.6, std::abs(u)));
+      const Vec2 plan = arch_at(u, arch, 0.9 * std::pow(middle, 0.4) * (1 - v) - thick);
       const double height = (tooth == 1 && upper ? 0.8 : 0.0) + 0.6 * (1.0 - std::pow(middle, 0.3));
       const double up = arch.height_mm * v + (1.0 - v) * height;
-      const double belly =
-          0.9 * std::pow(middle, 0.35) * smooth_step(0.85, 0.4, v) - 2.2 * bump(v / 0.08);
+      const double belly = r < kOuter ? 0.9 * std::pow(middle, 0.35) * smooth_step(0.85, 0.4, v) -
+                                            2.2 * bump(v / 0.08)
+                                      : -thick * std::cos(0.5 * M_PI * u);
       const double y = arch.edge_y_mm + (upper ? up : -up);
       part.mesh.positions_mm.push_back(
           shape.warp(Vec3(plan.x(), y, plan.y() + belly + (upper ? 0.0 : -0.4))));
-      const double gum_line = 0.66 + 0.12 * (1.0 - middle);
+      const double gum_line = (behind > 0.0 ? 0.42 : 0.66) + 0.12 * (1.0 - middle);
       Colour colour =
           mix(Colour(0.76F, 0.66F, 0.49F), Colour(0.88F, 0.80F, 0.65F), middle * (1.0 - v));
       colour = mix(Colour(0.16F, 0.10F, 0.08F), colour, 0.15 + std::pow(middle, 0.35));
       colour = mix(
           colour, Colour(0.42F, 0.13F, 0.12F), smooth_step(gum_line - 0.06, gum_line + 0.04, v));
-      // The cheeks shade the back of the arch.
+      // The cheeks shade the back of the arch, and the mouth its inner face.
+      if (behind > 0.0) colour *= 0.45F;
       part.albedo.push_back(colour * static_cast<float>(1.0 - 0.75 * std::abs(u) * std::abs(u)));
     }
   }
   join_grid(part, kRows, kColumns, false);
-  if (upper) {
+  if (!upper) {
     for (Triangle& t : part.mesh.triangles) std::swap(t[1], t[2]);
   }
   return part;
 }
 
-// Closed blob: an ellipsoid, seen from outside (tongue) or from inside (mouth cavity).
-RigidPart ellipsoid(const HeadShape& shape,
-                    const Vec3& centre,
-                    const Vec3& half_axes,
-                    const std::function<Colour(const Vec3&)>& colour,
-                    bool inside) {
+// An ellipsoid on the floor of the mouth.
+RigidPart tongue(const HeadShape& shape) {
   constexpr int kRings = 20;
   constexpr int kAround = 28;
+  const Vec3 centre(0.0, -82.5, -17.0);
+  const Vec3 half_axes(17.5, 7.0, 21.0);
   RigidPart part;
+  part.name = "tongue";
+  part.bone = Bone::kMandible;
+  part.gloss = 0.5F;
   for (int r = 0; r < kRings; ++r) {
     const double a = M_PI * (0.0005 + 0.999 * r / (kRings - 1.0));
     for (int k = 0; k < kAround; ++k) {
       const double b = 2.0 * M_PI * k / kAround;
       const Vec3 unit(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a));
       part.mesh.positions_mm.push_back(shape.warp(centre + half_axes.cwiseProduct(unit)));
-      part.albedo.push_back(colour(unit));
+      part.albedo.push_back(
+          mix(Colour(0.10F, 0.025F, 0.025F), Colour(0.40F, 0.13F, 0.12F), unit.z()));
     }
   }
   join_grid(part, kRings, kAround, true);
-  if (inside) {
-    for (Triangle& t : part.mesh.triangles) std::swap(t[1], t[2]);
-  }
   return part;
 }
 
@@ -176,13 +185,15 @@ RigidPart ellipsoid(const HeadShape& shape,
 // 1 at the outline.
 double ear_relief(double p, double q, double rho) {
   const double upper_back = smooth_step(-24.0, -6.0, q) * smooth_step(-15.0, -6.0, p + 0.25 * q);
-  double h = 0.30 * (p + 13.0);                       // stands off at the back
+  double h = 3.2 + 0.26 * (p + 13.0);                 // stands off at the back
   h += 3.4 * upper_back * bump((rho - 0.90) / 0.10);  // helix
-  h -= 2.2 * upper_back * bump((rho - 0.72) / 0.09);  // scapha
+  h -= 2.4 * upper_back * bump((rho - 0.72) / 0.09);  // scapha
   h += 2.6 * upper_back * bump((std::hypot(p + 2.0, 0.62 * q) / 11.5 - 0.80) / 0.20);  // antihelix
-  h -= 8.0 * bump(std::hypot((p + 3.5) / 7.0, (q + 3.0) / 9.0));                       // concha
-  h += 4.2 * bump(std::hypot((p + 11.5) / 3.4, (q + 5.0) / 5.0));                      // tragus
-  h += 1.6 * bump(std::hypot((p + 3.0) / 8.0, (q + 24.0) / 7.0));                      // lobe
+  h -= 4.4 * bump(std::hypot((p + 3.0) / 6.5, (q + 3.0) / 9.0));                       // concha
+  h += 1.4 * bump(std::hypot((p + 3.0) / 8.0, (q + 24.0) / 7.0));                      // lobe
+  // The front edge runs out into the cheek, but for the flap before the ear's opening.
+  h -= 8.0 * smooth_step(0.55, 1.0, rho) * smooth_step(-2.0, -9.0, p);
+  h += 6.5 * bump(std::hypot((p + 11.0) / 3.2, (q + 5.5) / 5.0));  // tragus
   return h - 3.0 * smooth_step(0.92, 1.0, rho);
 }
 
@@ -270,6 +281,59 @@ RigidPart shirt(const Identity& identity) {
   return part;
 }
 
+// What the chart continues to behind the outline of the skin: the back of the skull with its hair,
+// and the nape. It emerges from the skin a little in front of the outline, so that the two surfaces
+// meet without a gap or a step in their normals.
+RigidPart back_of_head(const HeadShape& shape, const Identity& identity) {
+  constexpr int kRows = 30;      // from the outline to the middle of the back
+  constexpr int kColumns = 361;  // around the outline, from the subject's right over the crown
+  constexpr int kInside = 2;     // rows in front of the outline
+  constexpr double kSunk = 0.5;
+  // Distance from the spine in the middle of the back.
+  static const FunctionCurve middle({{-175, 62},
+                                     {-150, 63},
+                                     {-120, 65},
+                                     {-95, 68},
+                                     {-70, 77},
+                                     {-45, 87},
+                                     {-20, 94},
+                                     {20, 98},
+                                     {21, 98}});
+  RigidPart part;
+  part.name = "back_of_head";
+  for (int r = 0; r < kRows; ++r) {
+    const double t = (r - kInside) / (kRows - 1.0 - kInside);
+    const double out = smooth_step(0.0, 1.0, t);
+    for (int c = 0; c < kColumns; ++c) {
+      const double u = 2.0 * c / (kColumns - 1.0) - 1.0;  // 0 at the crown
+      Vec2 edge = outline_point(std::abs(u));
+      if (r < kInside) edge -= (3.0 * (kInside - r)) * Vec2(edge.x(), edge.y() - 20.0) / 180.0;
+      const Ray ray = chart_ray(edge);
+      const double from = std::atan2(ray.direction.head<2>().norm(), ray.direction.z());
+      const double angle = from + (M_PI - from) * std::max(0.0, t);
+      const Vec2 aside = ray.direction.head<2>().normalized();
+      const double y = std::min(edge.y(), 20.0);
+      const double bare = shape.section(edge) + (middle(y) - shape.section(edge)) * out;
+      const double thick =
+          shape.hair_mm(edge) * (1.0 - out) + 8.0 * smooth_step(-82.0, -50.0, y) * out;
+      const Vec3 direction(
+          std::sin(angle) * aside.x(), std::sin(angle) * aside.y(), std::cos(angle));
+      const double sunk = r == 0 ? kSunk : -0.2 * kSunk;
+      Vec3 at = shape.warp(ray.origin_mm + (bare + thick - sunk) * direction);
+      if (u < 0.0) at.x() = -at.x();
+      part.mesh.positions_mm.push_back(at);
+      const double elevation = edge.y() - ray.origin_mm.y();
+      const double go_on = angle / from;
+      const Vec2 domain(edge.x() * go_on, ray.origin_mm.y() + elevation * go_on);
+      part.albedo.push_back(linear_from_srgb(hair_over_skin(
+          identity, {u < 0.0 ? -domain.x() : domain.x(), domain.y()}, thick, identity.skin_tone)));
+    }
+  }
+  join_grid(part, kRows, kColumns, false);
+  for (Triangle& t : part.mesh.triangles) std::swap(t[1], t[2]);
+  return part;
+}
+
 // The pink flesh in the inner corner of the eye; side = +1: the left one.
 RigidPart caruncle(const HeadShape& shape, double side) {
   const Vec3 corner = shape.eye_centre() + Vec3(-12.4, -3.5, 7.6);
@@ -316,47 +380,13 @@ Teeth make_teeth(const HeadShape& shape) {
 std::vector<RigidPart> make_rigid_parts(const HeadShape& shape, const Identity& identity) {
   std::vector<RigidPart> parts{
       eyeball(shape, true), eyeball(shape, false), teeth(shape, true), teeth(shape, false)};
-  RigidPart tongue = ellipsoid(
-      shape,
-      Vec3(0.0, -80.0, -16.0),
-      Vec3(17.0, 7.0, 21.0),
-      [](const Vec3& unit) {
-        return Colour(mix(Colour(0.10F, 0.025F, 0.025F), Colour(0.40F, 0.13F, 0.12F), unit.z()));
-      },
-      false);
-  tongue.name = "tongue";
-  tongue.bone = Bone::kMandible;
-  tongue.gloss = 0.5F;
-  parts.push_back(tongue);
-  RigidPart cavity = ellipsoid(
-      shape,
-      Vec3(0.0, -74.0, -28.0),
-      Vec3(36.0, 34.0, 34.0),
-      [](const Vec3& unit) {
-        return Colour(mix(Colour(0.012F, 0.004F, 0.004F), Colour(0.05F, 0.014F, 0.013F), unit.z()));
-      },
-      true);
-  // Open towards the lips.
-  std::vector<Triangle>& triangles = cavity.mesh.triangles;
-  const std::vector<Vec3>& p = cavity.mesh.positions_mm;
-  std::erase_if(triangles, [&](const Triangle& t) { return p[t[0]].z() > -7.0; });
-  cavity.name = "mouth_cavity";
-  parts.push_back(cavity);
+  parts.push_back(tongue(shape));
   parts.push_back(ear(shape, identity, true));
   parts.push_back(ear(shape, identity, false));
   parts.push_back(shirt(identity));
   parts.push_back(caruncle(shape, +1.0));
   parts.push_back(caruncle(shape, -1.0));
-  const Colour hair = 0.8F * linear_from_srgb(identity.hair_tone);
-  RigidPart back = ellipsoid(
-      shape,
-      Vec3(0.0, 40.0, -112.0),
-      Vec3(80.0, 84.0, 84.0),
-      [&hair](const Vec3&) { return hair; },
-      false);
-  back.name = "back_of_head";
-  back.gloss = 0.01F;
-  parts.push_back(back);
+  parts.push_back(back_of_head(shape, identity));
   return parts;
 }
 

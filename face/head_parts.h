@@ -1,4 +1,4 @@
-// What is not skin: eyeballs, teeth, tongue and the dark of the mouth.
+// What is not skin: eyeballs, teeth, tongue, ears, the back of the head, a shirt.
 #pragma once
 
 #include <vector>

@@ -68,6 +68,9 @@ class HeadShape {
   double eye_outer_x() const { return eye_upper_.last_x(); }
   const EyeShape& eye() const { return eye_; }
 
+  // Distance from the spine without hair and what sections cannot hold.
+  double section(const Vec2& domain_mm) const { return sections_(domain_mm); }
+
   // Thickness of the hair, millimetres; 0 on the face.
   double hair_mm(const Vec2& domain_mm) const;
   // Border of the hair on the forehead, domain Y at |X|; the temple's is vertical below.

@@ -144,6 +144,39 @@ std::vector<int> right_to_left(const DomainMesh& fine, const std::vector<int>& l
   return chain;
 }
 
+using Row = std::map<int, double>;
+
+// Lids have a plate of cartilage along their margin, which no element resolves: skin next to the
+// margin, outside and towards the eyeball, goes with it, and what brow or cheek pull away is
+// stretched further out.
+void stiffen_lids(const DomainMesh& fine, std::vector<Row>& rows) {
+  constexpr double kPlate_mm = 1.6;
+  constexpr double kFree_mm = 4.5;
+  std::vector<int> rim;
+  for (std::size_t v = 0; v < fine.points.size(); ++v) {
+    const DomainPoint& p = fine.points[v];
+    if (p.rim == Rim::kEye && p.inward == 0.0) rim.push_back(static_cast<int>(v));
+  }
+  for (std::size_t v = 0; v < fine.points.size(); ++v) {
+    const DomainPoint& p = fine.points[v];
+    const bool margin_side = p.rim == Rim::kEye && p.inward > 0.0;
+    const bool near = std::abs(p.at_mm.y()) < 20.0 && std::abs(p.at_mm.x()) < 60.0;
+    if (!margin_side && (p.rim != Rim::kNone || !near)) continue;
+    double nearest = kFree_mm;
+    int margin = -1;
+    for (const int r : rim) {
+      const double d = (fine.points[r].at_mm - p.at_mm).norm();
+      if (d >= nearest) continue;
+      nearest = d;
+      margin = r;
+    }
+    if (margin < 0) continue;
+    const double own = smooth_step(kPlate_mm, kFree_mm, nearest);
+    for (auto& [u, w] : rows[v]) w *= own;
+    for (const auto& [u, w] : rows[margin]) rows[v][u] += (1.0 - own) * w;
+  }
+}
+
 }  // namespace
 
 FineSkin refine(const HeadShape& shape, const DomainMesh& surface, int levels) {
@@ -162,6 +195,7 @@ FineSkin refine(const HeadShape& shape, const DomainMesh& surface, int levels) {
     }
     rows = std::move(finer);
   }
+  stiffen_lids(skin.domain, rows);
   skin.embedding = compressed(rows);
   return skin;
 }

@@ -136,6 +136,7 @@ void read_head(Section section, HeadOptions& head, Identity& identity) {
     person.number("brow_height_mm", identity.brow_height_mm);
     person.number("eye_distance", identity.eye_distance);
     person.number("chin_length", identity.chin_length);
+    person.number("stubble", identity.stubble);
     person.colour("skin_tone", identity.skin_tone);
     person.colour("hair_tone", identity.hair_tone);
     person.integer("texture_seed", identity.texture_seed);

@@ -8,9 +8,11 @@
 #include <map>
 #include <thread>
 
+#include "face/furrows.h"
 #include "face/jaw.h"
 #include "src/render/embree.h"
 #include "src/render/shading.h"
+#include "src/render/skin_texture.h"
 
 namespace zygoma {
 namespace {
@@ -21,59 +23,6 @@ constexpr int kPacket = 16;
 static_assert(kPacket == kLanes);
 constexpr int kTile = 16;  // pixels a side
 constexpr float kFar = 1e5F;
-
-// Albedo as linear light, halved again and again: level k has 2^k texels of the original a side.
-struct TextureLevel {
-  int width = 0;
-  int height = 0;
-  std::vector<Colour> texels;
-};
-
-std::vector<TextureLevel> texture_levels(const Texture& texture) {
-  std::array<float, 256> linear{};
-  for (int i = 0; i < 256; ++i) {
-    const double c = i / 255.0;
-    linear[i] = static_cast<float>(c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4));
-  }
-  TextureLevel level{texture.width, texture.height, {}};
-  level.texels.reserve(texture.rgb.size() / 3);
-  for (std::size_t i = 0; i + 2 < texture.rgb.size(); i += 3) {
-    level.texels.emplace_back(
-        linear[texture.rgb[i]], linear[texture.rgb[i + 1]], linear[texture.rgb[i + 2]]);
-  }
-  std::vector<TextureLevel> levels{std::move(level)};
-  while (levels.back().width > 64 && levels.back().width % 2 == 0 &&
-         levels.back().height % 2 == 0) {
-    const TextureLevel& finer = levels.back();
-    TextureLevel coarser{finer.width / 2, finer.height / 2, {}};
-    coarser.texels.reserve(finer.texels.size() / 4);
-    for (int row = 0; row < coarser.height; ++row) {
-      for (int column = 0; column < coarser.width; ++column) {
-        const Colour* at = finer.texels.data() + std::size_t(2 * row) * finer.width + 2 * column;
-        coarser.texels.push_back(0.25F * (at[0] + at[1] + at[finer.width] + at[finer.width + 1]));
-      }
-    }
-    levels.push_back(std::move(coarser));
-  }
-  return levels;
-}
-
-Colour bilinear(const TextureLevel& level, const Eigen::Vector2f& uv) {
-  const float x = std::clamp(uv.x() * static_cast<float>(level.width) - 0.5F,
-                             0.0F,
-                             static_cast<float>(level.width) - 1.001F);
-  const float y = std::clamp(uv.y() * static_cast<float>(level.height) - 0.5F,
-                             0.0F,
-                             static_cast<float>(level.height) - 1.001F);
-  const int column = static_cast<int>(x);
-  const int row = static_cast<int>(y);
-  const float u = x - static_cast<float>(column);
-  const float v = y - static_cast<float>(row);
-  const Colour* at = level.texels.data() + std::size_t(row) * level.width + column;
-  const Colour high = at[0] + u * (at[1] - at[0]);
-  const Colour low = at[level.width] + u * (at[level.width + 1] - at[level.width]);
-  return high + v * (low - high);
-}
 
 // Runs work(begin, end) over [0, count) on some threads; every item is independent of the others.
 void in_parallel(int count, int num_threads, const std::function<void(int, int)>& work) {
@@ -107,6 +56,18 @@ std::vector<Point> hemisphere(int count) {
 void frame_of(const Point& n, Point& t, Point& b) {
   t = (std::abs(n.x()) < 0.7F ? Point::UnitX() : Point::UnitY()).cross(n).normalized();
   b = n.cross(t);
+}
+
+void set_ray(RTCRay16& rays, int i, const Point& from, const Point& along, float near, float far) {
+  rays.org_x[i] = from.x();
+  rays.org_y[i] = from.y();
+  rays.org_z[i] = from.z();
+  rays.dir_x[i] = along.x();
+  rays.dir_y[i] = along.y();
+  rays.dir_z[i] = along.z();
+  rays.tnear[i] = near;
+  rays.tfar[i] = far;
+  rays.mask[i] = 0xFFFFFFFFU;
 }
 
 struct Hit {
@@ -151,6 +112,8 @@ struct Renderer::Impl {
             Hit (&hit)[kPacket]) const;
   // Colours of up to kLanes hits.
   void shade(const Hit* hit, int count, const Shader& shader, Colour* out) const;
+  SkinTexture::Texel texel_of(const Hit& hit) const;
+  Point slope_of(const Triangle& triangle, const Eigen::Array2f& slope) const;
   int part_of(int triangle) const;
   void see_rows(int first, int last);
   void mark_seen();
@@ -186,12 +149,15 @@ struct Renderer::Impl {
   std::vector<float> ambient;
   std::vector<float> key;
   std::vector<Colour> part_albedo;  // per vertex; unused for the skin
-  std::vector<TextureLevel> levels;
-  const TextureLevel* level = nullptr;
-  float skin_level = 1.0F;  // green of the skin in the middle of the face
+  SkinTexture texture;
+  const SkinTexture::Level* level = nullptr;
+  Furrows furrows;
+  std::vector<float> furrow_mm;  // their amplitude, per vertex of the skin; empty = none
+  float skin_level = 1.0F;       // green of the skin in the middle of the face
   ToneCurve tone;
 
   Camera camera;
+  const SkinTint* tint = nullptr;
   Eigen::Matrix3f face_from_camera;
   Point eye = Point::Zero();
   std::vector<Hit> hits;
@@ -200,12 +166,13 @@ struct Renderer::Impl {
 };
 
 Renderer::Impl::Impl(std::shared_ptr<const Anatomy> anatomy_in, const RenderOptions& options_in)
-    : anatomy(std::move(anatomy_in)), options(options_in) {
-  assert(anatomy != nullptr);
+    : anatomy(std::move(anatomy_in)),
+      options(options_in),
+      texture(anatomy->skin),
+      furrows(anatomy->skin) {
   load_meshes();
   build_scene();
-  levels = texture_levels(anatomy->skin.albedo);
-  skin_level = std::max(1e-3F, bilinear(levels.back(), {0.5F, 0.5F}).y());
+  skin_level = std::max(1e-3F, SkinTexture::at(texture.level(1e6), {0.5F, 0.5F})[1]);
   place(anatomy->skin.mesh.positions_mm, 0.0);
   compute_rest_ambient();
 }
@@ -299,6 +266,7 @@ void Renderer::Impl::commit() {
 void Renderer::Impl::place(const std::vector<Vec3>& skin_mm, double jaw_rad) {
   assert(static_cast<int>(skin_mm.size()) == num_skin_vertices);
   for (int v = 0; v < num_skin_vertices; ++v) points[v] = skin_mm[v].cast<float>();
+  if (!furrows.empty()) furrows.amplitudes(skin_mm, furrow_mm);
   const Eigen::Isometry3d jaw = open_from_closed(anatomy->jaw, jaw_rad);
   for (std::size_t i = 1; i < parts.size(); ++i) {
     if (parts[i].bone != Bone::kMandible) continue;
@@ -348,15 +316,7 @@ float Renderer::Impl::open_share(int vertex,
       valid[i] = first + i < directions.size() ? -1 : 0;
       const Point& d = directions[std::min(first + i, directions.size() - 1)];
       const Point along = d.x() * t + d.y() * b + d.z() * normals[vertex];
-      rays.org_x[i] = from.x();
-      rays.org_y[i] = from.y();
-      rays.org_z[i] = from.z();
-      rays.dir_x[i] = along.x();
-      rays.dir_y[i] = along.y();
-      rays.dir_z[i] = along.z();
-      rays.tnear[i] = 0.0F;
-      rays.tfar[i] = reach;
-      rays.mask[i] = 0xFFFFFFFFU;
+      set_ray(rays, static_cast<int>(i), from, along, 0.0F, reach);
     }
     find_shadows(valid, scene, &rays, false);
     for (int i = 0; i < kPacket; ++i) {
@@ -440,7 +400,7 @@ void Renderer::Impl::light_vertices(const Shader& shader) {
   frame_of(l, t, b);
   constexpr float kLightSize = 0.10F;
   constexpr float kShadowReach = 200.0F;  // mm: from the head onto the shoulders
-  constexpr int kRays = 1;
+  constexpr int kRays = 2;
   constexpr int kVertices = kPacket / kRays;  // in a packet
   towards_key.clear();
   for (const int v : in_space_order) {
@@ -465,16 +425,8 @@ void Renderer::Impl::light_vertices(const Shader& shader) {
         valid[i] = item < count ? -1 : 0;
         const int v = towards_key[std::min(item, count - 1)];
         const Point from = points[v] + 0.4F * normals[v];
-        const Point& d = samples[(v * 7) % 32];
-        rays.org_x[i] = from.x();
-        rays.org_y[i] = from.y();
-        rays.org_z[i] = from.z();
-        rays.dir_x[i] = d.x();
-        rays.dir_y[i] = d.y();
-        rays.dir_z[i] = d.z();
-        rays.tnear[i] = 0.3F;
-        rays.tfar[i] = kShadowReach;
-        rays.mask[i] = 0xFFFFFFFFU;
+        const Point& d = samples[(7 * v + 5 * (i / kVertices)) % 32];
+        set_ray(rays, i, from, d, 0.3F, kShadowReach);
       }
       find_shadows(valid, scene, &rays, true);
       for (int i = 0; i < kPacket; ++i) {
@@ -516,15 +468,7 @@ void Renderer::Impl::cast(const float (&x)[kPacket],
     valid[i] = i < count ? -1 : 0;
     const Point in_camera((x[i] - half_width) * per_focal, (y[i] - half_height) * per_focal, 1.0F);
     const Point d = face_from_camera * in_camera;
-    rays.ray.org_x[i] = eye.x();
-    rays.ray.org_y[i] = eye.y();
-    rays.ray.org_z[i] = eye.z();
-    rays.ray.dir_x[i] = d.x();
-    rays.ray.dir_y[i] = d.y();
-    rays.ray.dir_z[i] = d.z();
-    rays.ray.tnear[i] = 0.0F;
-    rays.ray.tfar[i] = kFar;
-    rays.ray.mask[i] = 0xFFFFFFFFU;
+    set_ray(rays.ray, i, eye, d, 0.0F, kFar);
     rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
   }
   find_hits(valid, scene, &rays);
@@ -541,25 +485,62 @@ int Renderer::Impl::part_of(int triangle) const {
   return triangle < 0 ? 255 : triangle_part[triangle];
 }
 
+SkinTexture::Texel Renderer::Impl::texel_of(const Hit& hit) const {
+  const auto& [a, b, c] = triangles[hit.triangle];
+  const std::vector<Eigen::Vector2f>& uv = anatomy->skin.uv;
+  return SkinTexture::at(*level, (1.0F - hit.u - hit.v) * uv[a] + hit.u * uv[b] + hit.v * uv[c]);
+}
+
+// Gradient in space of a height with these slopes by u and v, on a triangle of the skin.
+Point Renderer::Impl::slope_of(const Triangle& triangle, const Eigen::Array2f& slope) const {
+  const auto& [a, b, c] = triangle;
+  const std::vector<Eigen::Vector2f>& uv = anatomy->skin.uv;
+  const Point ab = points[b] - points[a];
+  const Point ac = points[c] - points[a];
+  const float rise_b = slope.matrix().dot(uv[b] - uv[a]);
+  const float rise_c = slope.matrix().dot(uv[c] - uv[a]);
+  const Point n = ab.cross(ac);
+  return n.cross(rise_c * ab - rise_b * ac) / std::max(1e-12F, n.squaredNorm());
+}
+
 void Renderer::Impl::shade(const Hit* hit, int count, const Shader& shader, Colour* out) const {
   ShadePacket packet;
   std::array<bool, kLanes> skin{};
+  std::array<bool, kLanes> from_inside{};
   for (int i = 0; i < kLanes; ++i) {
     const Hit& h = hit[std::min(i, count - 1)];
     const auto& [a, b, c] = triangles[h.triangle];
     const float u = h.u;
     const float v = h.v;
     const float w = 1.0F - u - v;
-    const Point normal = w * normals[a] + u * normals[b] + v * normals[c];
+    Point normal = w * normals[a] + u * normals[b] + v * normals[c];
     const Point to_camera = eye - (w * points[a] + u * points[b] + v * points[c]);
     packet.ambient[i] = w * ambient[a] + u * ambient[b] + v * ambient[c];
     packet.key[i] = options.shadows ? w * key[a] + u * key[b] + v * key[c] : 1.0F;
     const int part = triangle_part[h.triangle];
     packet.gloss[i] = parts[part].gloss;
     skin[i] = part == 0;
-    const std::vector<Eigen::Vector2f>& uv = anatomy->skin.uv;
-    const Colour albedo = skin[i] ? bilinear(*level, w * uv[a] + u * uv[b] + v * uv[c])
-                                  : w * part_albedo[a] + u * part_albedo[b] + v * part_albedo[c];
+    constexpr float kInside = -0.12F;
+    from_inside[i] =
+        parts[part].gloss <= 0.0F && normal.dot(to_camera) < kInside * to_camera.norm();
+    Colour albedo;
+    if (skin[i]) {
+      const SkinTexture::Texel texel = texel_of(h);
+      albedo = texel.head<3>().matrix();
+      const float furrow =
+          furrow_mm.empty() ? 0.0F : w * furrow_mm[a] + u * furrow_mm[b] + v * furrow_mm[c];
+      normal -= slope_of(triangles[h.triangle], texel.segment<2>(3) + furrow * texel.segment<2>(5));
+      // A narrow furrow sees little of the light.
+      const float depth = furrow * std::max(0.0F, -texel[7]);
+      packet.ambient[i] /= 1.0F + 0.75F * depth;
+      packet.key[i] /= 1.0F + 0.25F * depth;
+    } else {
+      albedo = w * part_albedo[a] + u * part_albedo[b] + v * part_albedo[c];
+    }
+    if (tint != nullptr && skin[i]) {
+      const Eigen::Vector4f over = w * (*tint)[a] + u * (*tint)[b] + v * (*tint)[c];
+      albedo += over.w() * (over.head<3>() - albedo);
+    }
     for (int k = 0; k < 3; ++k) {
       packet.normal[k][i] = normal[k];
       packet.to_camera[k][i] = to_camera[k];
@@ -573,12 +554,10 @@ void Renderer::Impl::shade(const Hit* hit, int count, const Shader& shader, Colo
   // Hair is dark against the skin around it, and rough: it does not shine like skin.
   packet.shine = (1.4F / skin_level * packet.albedo[1] - 0.25F).max(0.12F).min(1.0F);
   const std::array<Lanes, 3> colour = shader(packet);
-  // The inside of the skin, seen through the open mouth: flesh in the dark.
-  constexpr float kInside = -0.12F;
-  static const Colour flesh(0.05F, 0.015F, 0.012F);
-  const Lanes facing = dot(packet.normal, packet.to_camera);
+  // The inside of the head, seen through the open mouth: flesh in the dark.
+  static const Colour flesh(0.020F, 0.0055F, 0.0045F);
   for (int i = 0; i < count; ++i) {
-    const bool inside = skin[i] && facing[i] < kInside;
+    const bool inside = from_inside[i];
     for (int k = 0; k < 3; ++k) {
       out[i][k] = inside ? packet.albedo[k][i] * flesh[k] : colour[k][i];
     }
@@ -700,11 +679,9 @@ double Renderer::Impl::mm_per_px() const {
 }
 
 void Renderer::Impl::choose_texture_level() {
-  // Texels per pixel where the camera looks, from the skin vertex nearest to the optical axis.
+  // Texels per pixel where the camera looks, in the middle of the face.
   const double texels_per_mm = anatomy->skin.albedo.width / 270.0;
-  const double ratio = mm_per_px() * texels_per_mm;
-  const int wanted = static_cast<int>(std::lround(std::log2(std::max(1.0, 0.9 * ratio))));
-  level = &levels[std::clamp(wanted, 0, static_cast<int>(levels.size()) - 1)];
+  level = &texture.level(0.9 * mm_per_px() * texels_per_mm);
 }
 
 Renderer::Renderer(std::shared_ptr<const Anatomy> anatomy, const RenderOptions& options)
@@ -716,9 +693,12 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 void Renderer::render(const std::vector<Vec3>& skin_mm,
                       double jaw_rad,
                       const Camera& camera,
-                      cv::Mat& bgr) {
+                      cv::Mat& bgr,
+                      const SkinTint* tint) {
+  assert(tint == nullptr || tint->size() == skin_mm.size());
   Impl& r = *impl_;
   r.camera = camera;
+  r.tint = tint;
   const int width = camera.width_px;
   const int height = camera.height_px;
   const Eigen::Isometry3d inverse = camera.camera_from_face.inverse();

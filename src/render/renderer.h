@@ -28,6 +28,9 @@ struct RenderOptions {
   Lighting lighting;
 };
 
+// Colour laid over the skin's own, per vertex of the skin: linear RGB and opacity.
+using SkinTint = std::vector<Eigen::Vector4f>;
+
 class Renderer {
  public:
   explicit Renderer(std::shared_ptr<const Anatomy> anatomy, const RenderOptions& options = {});
@@ -37,7 +40,11 @@ class Renderer {
 
   // Draws the skin at `skin_mm` (order of Anatomy::skin) with the mandible's parts at `jaw_rad`
   // into `bgr` (8-bit, camera size; reallocated only when the size differs).
-  void render(const std::vector<Vec3>& skin_mm, double jaw_rad, const Camera& camera, cv::Mat& bgr);
+  void render(const std::vector<Vec3>& skin_mm,
+              double jaw_rad,
+              const Camera& camera,
+              cv::Mat& bgr,
+              const SkinTint* tint = nullptr);
 
  private:
   struct Impl;

@@ -1,5 +1,6 @@
 #include "src/synthetic/person.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "src/synthetic/random.h"
@@ -25,6 +26,7 @@ Identity draw_identity(std::uint32_t seed) {
   identity.hair_tone = (1.0F - blond) * Eigen::Vector3f(0.10F, 0.07F, 0.05F) +
                        blond * Eigen::Vector3f(0.38F, 0.27F, 0.16F);
   identity.texture_seed = static_cast<std::uint32_t>(random.next());
+  identity.stubble = std::max(0.0, random.uniform(-1.0, 0.8));  // a minority
   return identity;
 }
 

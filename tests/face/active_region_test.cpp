@@ -10,7 +10,7 @@ namespace {
 
 const std::shared_ptr<const Anatomy>& head() {
   static const auto anatomy = std::make_shared<const Anatomy>(
-      make_generic_head({}, {.num_surface_vertices = 400, .skin_levels = 0, .albedo_size_px = 64}));
+      make_generic_head({}, {.num_surface_vertices = 420, .skin_levels = 0, .albedo_size_px = 64}));
   return anatomy;
 }
 

@@ -182,7 +182,7 @@ TEST(LipContact, MouthThatClosesStopsWhereTheLipsMeetAndLetsGo) {
     EXPECT_LT(away, 1e-3);
   }
   EXPECT_LT(gap[0], -5.0) << "the case is not hard any more";
-  EXPECT_GT(gap[1], -0.1);
+  EXPECT_GT(gap[1], -0.15);
 }
 
 // How much deeper than at rest the lips are in the teeth.

@@ -11,6 +11,7 @@
 #include <string>
 #include <tuple>
 
+#include "face/lattice.h"
 #include "src/base/check.h"
 
 namespace zygoma {
@@ -148,7 +149,7 @@ TEST(GenericHead, EveryVertexHasTissueAndAShareOfTheJaw) {
       EXPECT_EQ(head.mandible_weight[v], 0.0);
     }
     if (std::abs(p.x()) < 15.0 && p.y() < -85.0 && p.y() > -105.0 && p.z() > 0.0) {
-      EXPECT_EQ(head.mandible_weight[v], 1.0) << p.transpose();
+      EXPECT_GT(head.mandible_weight[v], 0.95) << p.transpose();
     }
     if (head.region[v] == Region::kUpperLip) {
       EXPECT_LT(head.mandible_weight[v], 0.6);
@@ -259,35 +260,72 @@ TEST(GenericHead, MusclesComeInMirroredPairs) {
   }
 }
 
-TEST(GenericHead, EveryIdentityValueChangesTheHead) {
-  std::vector<Identity> identities(9);
-  identities[0].face_width = 1.08;
-  identities[1].face_height = 1.06;
-  identities[2].jaw_width = 1.1;
-  identities[3].nose_length = 1.1;
-  identities[4].nose_width = 1.2;
-  identities[5].lip_fullness = 1.3;
-  identities[6].brow_height_mm = 3.0;
-  identities[7].eye_distance = 1.05;
-  identities[8].chin_length = 1.1;
+struct ShapeParameter {
+  double Identity::*value;
+  double low, high;
+};
+
+TEST(GenericHead, EveryShapeParameterChangesTheHeadAtBothEndsOfItsRange) {
+  const std::vector<ShapeParameter> parameters{{&Identity::face_width, 0.88, 1.14},
+                                               {&Identity::face_height, 0.90, 1.12},
+                                               {&Identity::jaw_width, 0.85, 1.18},
+                                               {&Identity::nose_length, 0.85, 1.18},
+                                               {&Identity::nose_width, 0.80, 1.30},
+                                               {&Identity::lip_fullness, 0.70, 1.45},
+                                               {&Identity::brow_height_mm, -4.0, 5.0},
+                                               {&Identity::eye_distance, 0.93, 1.08},
+                                               {&Identity::chin_length, 0.85, 1.20}};
   const HeadOptions coarse{700, 0, 64};
   const Anatomy standard = make_generic_head({}, coarse);
-  for (std::size_t i = 0; i < identities.size(); ++i) {
-    const Anatomy other = make_generic_head(identities[i], coarse);
-    ASSERT_EQ(other.surface.positions_mm.size(), standard.surface.positions_mm.size());
-    double largest = 0.0;
-    for (std::size_t v = 0; v < other.surface.positions_mm.size(); ++v) {
-      largest = std::max(largest,
-                         (other.surface.positions_mm[v] - standard.surface.positions_mm[v]).norm());
+  const std::size_t n = standard.surface.positions_mm.size();
+  std::vector<std::vector<Vec3>> ways;  // in which they change it
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    for (const double value : {parameters[i].low, parameters[i].high}) {
+      Identity identity;
+      identity.*parameters[i].value = value;
+      const Anatomy other = make_generic_head(identity, coarse);
+      ASSERT_EQ(other.surface.positions_mm.size(), n);
+      double largest = 0.0;
+      std::vector<Vec3> way;
+      for (std::size_t v = 0; v < n; ++v) {
+        way.push_back(other.surface.positions_mm[v] - standard.surface.positions_mm[v]);
+        largest = std::max(largest, way.back().norm());
+      }
+      EXPECT_GT(largest, 1.2) << i << " at " << value;
+      EXPECT_LT(largest, 30.0) << i << " at " << value;
+      expect_mirror_image(other.surface);
+      // It can still carry tissue.
+      EXPECT_NO_THROW(make_lattice(other)) << i << " at " << value;
+      if (value == parameters[i].high) ways.push_back(way);
     }
-    EXPECT_GT(largest, 1.0) << i;
-    EXPECT_LT(largest, 20.0) << i;
-    expect_mirror_image(other.surface);
   }
+  // No two of them do the same.
+  for (std::size_t i = 0; i < ways.size(); ++i) {
+    for (std::size_t k = i + 1; k < ways.size(); ++k) {
+      double ii = 0.0, kk = 0.0, ik = 0.0;
+      for (std::size_t v = 0; v < n; ++v) {
+        ii += ways[i][v].squaredNorm();
+        kk += ways[k][v].squaredNorm();
+        ik += ways[i][v].dot(ways[k][v]);
+      }
+      EXPECT_LT(std::abs(ik) / std::sqrt(ii * kk), 0.9) << i << " and " << k;
+    }
+  }
+}
+
+TEST(GenericHead, SeedAndStubbleChangeThePaintAndNothingElse) {
+  const HeadOptions coarse{700, 0, 128};
+  const Anatomy standard = make_generic_head({}, coarse);
+  EXPECT_EQ(make_generic_head({}, coarse).skin.albedo.rgb, standard.skin.albedo.rgb);
   Identity seed;
   seed.texture_seed = 7;
-  EXPECT_NE(make_generic_head(seed, coarse).skin.albedo.rgb, standard.skin.albedo.rgb);
-  EXPECT_EQ(make_generic_head({}, coarse).skin.albedo.rgb, standard.skin.albedo.rgb);
+  Identity stubble;
+  stubble.stubble = 1.0;
+  for (const Identity& identity : {seed, stubble}) {
+    const Anatomy other = make_generic_head(identity, coarse);
+    EXPECT_NE(other.skin.albedo.rgb, standard.skin.albedo.rgb);
+    EXPECT_EQ(other.surface.positions_mm, standard.surface.positions_mm);
+  }
 }
 
 TEST(GenericHead, RefusesValuesOutOfRangeByName) {

@@ -345,28 +345,26 @@ TEST_F(HC28, AMuscleOfOneLipLeavesTheOtherAlone) {
 }
 
 TEST_F(HC28, SmileWithTheJawFromClosedToWideOpen) {
-  const auto head = generic_head(500);
-  Simulator simulator(head);
-  FaceState state = simulator.rest();
-  int inverted = 0;
-  std::string where;
   double worst_change = 0.0;
-  for (const double degrees : {0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0}) {
-    Controls controls = smile(*head, 0.7);
-    controls.jaw_rad = degrees * 3.14159265358979 / 180.0;
-    const SettleReport report = simulator.settle(controls, state);
-    EXPECT_TRUE(report.converged) << degrees;
-    if (report.inverted_elements > inverted) {
-      inverted = report.inverted_elements;
-      where = " (" + figure(degrees) +
-              " deg: " + inverted_elements(simulator.lattice(), state.positions_mm) + ")";
+  for (const int num_vertices : {300, 500, 1000}) {
+    const auto head = generic_head(num_vertices);
+    Simulator simulator(head);
+    FaceState state = simulator.rest();
+    for (const double degrees : {0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0}) {
+      Controls controls = smile(*head, 0.7);
+      controls.jaw_rad = degrees * 3.14159265358979 / 180.0;
+      const SettleReport report = simulator.settle(controls, state);
+      EXPECT_TRUE(report.converged) << degrees << " deg, " << num_vertices << " vertices";
+      EXPECT_EQ(report.inverted_elements, 0)
+          << degrees << " deg, " << num_vertices
+          << " vertices: " << inverted_elements(simulator.lattice(), state.positions_mm);
+      worst_change = std::max(worst_change, report.mean_volume_change);
     }
-    worst_change = std::max(worst_change, report.mean_volume_change);
   }
-  record("smile at 0.7, jaw 0 to 35 deg in 5 deg steps, default head",
-         "converges at every step; most inverted " + std::to_string(inverted) + where +
-             ", mean |dV| up to " + figure(100.0 * worst_change) + " %",
-         "converges; inverted count reported");
+  record("smile at 0.7, jaw 0 to 35 deg in 5 deg steps, default head of 300, 500, 1000 vertices",
+         "converges at every step; no element inverted, mean |dV| up to " +
+             figure(100.0 * worst_change) + " %",
+         "converges; no element inverted");
 }
 
 TEST_F(HC29, AMuscleThatCannotPullIsNamed) {
@@ -449,7 +447,7 @@ TEST_F(HC30, LipsOfAPursedOrPressedMouthDoNotCross) {
       gap_mm[contact] = lowest_lip_gap_mm(*head, state);
     }
     EXPECT_GT(gap_mm[1], -0.1) << name;
-    EXPECT_GT(gap_mm[0], -1.5) << name;
+    EXPECT_GT(gap_mm[0], -1.8) << name;
     record(name + " at 1, lip contact on, default head of 500 vertices",
            describe(report) + "; upper lip at least " + figure(gap_mm[1]) +
                " mm above the lower one (" + figure(gap_mm[0]) + " without contact, " +
