@@ -126,6 +126,16 @@ void AnimationOptions::declare(OptionSink& options) {
                   panel_height_px_,
                   {0, 2160},
                   "of the picture, pixels; 0: that of the video, at most 720");
+  options.choice("--view",
+                 view_,
+                 {"front", "three-quarter", "profile", "turntable"},
+                 "of the whole head; left out: the face from the front");
+  options.choice(
+      "--overlay",
+      overlay_,
+      {"none", "lattice", "muscles", "volume", "strain"},
+      "what to lay over the face: the surface of the lattice, the muscles that pull, how "
+      "the tissue below changes its volume, how the skin is stretched");
   options.flag("--no-bars", no_bars_, "leave out the panel with one bar per muscle");
   options.integer("--samples",
                   samples_per_pixel_,
@@ -142,6 +152,8 @@ AnimateOptions AnimationOptions::animate_options() const {
   AnimateOptions options;
   options.panel_height_px = panel_height_px_;
   options.bars = !no_bars_;
+  if (!view_.empty()) options.view = parse_view(view_);
+  options.overlay = parse_overlay(overlay_);
   options.render.samples_per_pixel = samples_per_pixel_;
   options.render.num_threads = num_threads_;
   options.encoding = encoding_;

@@ -52,6 +52,8 @@ class AnimationOptions {
  private:
   int panel_height_px_ = 0;
   bool no_bars_ = false;
+  std::string view_;
+  std::string overlay_ = "none";
   int samples_per_pixel_ = RenderOptions{}.samples_per_pixel;
   VideoWriterOptions encoding_;
   int num_threads_ = 2;

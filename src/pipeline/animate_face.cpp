@@ -18,7 +18,7 @@ constexpr double kReleasePerFrame = 0.85;    // of a contraction whose performer
 
 struct SettledFrame {
   std::vector<Vec3> skin_mm;
-  double jaw_rad = 0.0;
+  FaceState state;
   SettleReport report;
   double settle_ms = 0.0;
 };
@@ -131,6 +131,15 @@ Camera face_camera(int width_px, int height_px, double roll_rad) {
   return camera;
 }
 
+Camera camera_of(const AnimateOptions& options,
+                 const Anatomy& anatomy,
+                 const cv::Size& size_px,
+                 double roll_rad,
+                 double share) {
+  if (!options.view) return face_camera(size_px.width, size_px.height, roll_rad);
+  return view_camera(*options.view, anatomy, size_px.width, size_px.height, share);
+}
+
 AnimationReport animate_face(const ContractionTrack& track,
                              Simulator& face,
                              std::shared_ptr<const Anatomy> anatomy,
@@ -158,6 +167,7 @@ AnimationReport animate_face(const ContractionTrack& track,
   const ContractionBars chart(track.muscles, bars.size());
 
   Renderer renderer(anatomy, options.render);
+  FaceOverlay overlay(options.overlay, *anatomy, face.lattice());
   VideoWriter writer(output, canvas.cols, canvas.rows, average_rate(track), options.encoding);
   AnimationReport report;
   report.settle_figures.name = "settle";
@@ -169,12 +179,12 @@ AnimationReport animate_face(const ContractionTrack& track,
     int next_settle = 0;
     Producer<SettledFrame> settled(3, [&]() -> std::optional<SettledFrame> {
       if (next_settle >= num_frames) return std::nullopt;
-      const Stopwatch settle_watch;
+      const double begin_ms = thread_ms();
       SettledFrame frame;
-      frame.report = face.settle(controls[next_settle], state);
+      frame.report = face.settle(controls[next_settle++], state);
+      frame.settle_ms = thread_ms() - begin_ms;
       embed_skin(*anatomy, state, frame.skin_mm);
-      frame.jaw_rad = controls[next_settle++].jaw_rad;
-      frame.settle_ms = settle_watch.elapsed_ms();
+      frame.state = state;
       return frame;
     });
     Producer<cv::Mat> pictures(3, [&]() { return panel ? panel->next() : std::nullopt; });
@@ -184,8 +194,11 @@ AnimationReport animate_face(const ContractionTrack& track,
       const std::optional<SettledFrame> frame = settled.next();
       if (const std::optional<cv::Mat> seen = pictures.next()) seen->copyTo(left);
       const Stopwatch render_watch;
+      const double share = static_cast<double>(i) / num_frames;
+      const Camera camera = camera_of(options, *anatomy, {face_px, height_px}, roll_rad[i], share);
       renderer.render(
-          frame->skin_mm, frame->jaw_rad, face_camera(face_px, height_px, roll_rad[i]), picture);
+          frame->skin_mm, frame->state.jaw_rad, camera, picture, overlay.tint(frame->state));
+      overlay.draw(controls[i], frame->state, camera, picture);
       picture.copyTo(right);
       report.render_figures.total_ms += render_watch.elapsed_ms();
       if (options.bars) chart.draw(track.frames[i], bars);

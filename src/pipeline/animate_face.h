@@ -13,7 +13,9 @@
 #include "src/io/video_writer.h"
 #include "src/pipeline/stage_figures.h"
 #include "src/pipeline/stage_observer.h"
+#include "src/render/face_overlay.h"
 #include "src/render/renderer.h"
+#include "src/render/views.h"
 #include "tracker/contour_set.h"
 
 namespace zygoma {
@@ -25,8 +27,10 @@ struct Performance {
 };
 
 struct AnimateOptions {
-  int panel_height_px = 0;  // of every panel; 0: the video's, kept within [240, 720]
-  bool bars = true;         // a panel with one bar per muscle
+  int panel_height_px = 0;   // of every panel; 0: the video's, kept within [240, 720]
+  bool bars = true;          // a panel with one bar per muscle
+  std::optional<View> view;  // of the whole head; none: from the front, close, with the head's roll
+  Overlay overlay = Overlay::kNone;
   RenderOptions render;
   VideoWriterOptions encoding;
 };
@@ -38,7 +42,7 @@ struct AnimationReport {
   double largest_volume_change = 0.0;  // over frames, of the mean |V - V0| / V0
   bool stopped = false;
   StageFigures figures;         // wall time of the whole stage
-  StageFigures settle_figures;  // time of the settling thread alone
+  StageFigures settle_figures;  // processor time of settling alone
   StageFigures render_figures;
 };
 
@@ -47,8 +51,16 @@ struct AnimationReport {
 // Throws InputError naming a muscle that the face does not have and a value outside [0, 1].
 std::vector<Controls> controls_for(const ContractionTrack& track, const Anatomy& anatomy);
 
-// What the face is filmed with, from the front; `roll_rad` is that of the head.
+// What a face is filmed with when no view is asked for: from the front, close; `roll_rad` is that
+// of the head.
 Camera face_camera(int width_px, int height_px, double roll_rad = 0.0);
+
+// As the options say; `share` of the animation is over: a turntable turns once.
+Camera camera_of(const AnimateOptions& options,
+                 const Anatomy& anatomy,
+                 const cv::Size& size_px,
+                 double roll_rad,
+                 double share);
 
 // Settles, draws and encodes every frame of the track into the file `output`. A stop leaves a valid
 // file with the frames done so far.

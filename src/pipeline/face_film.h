@@ -15,9 +15,10 @@ namespace zygoma {
 
 class FaceFilm {
  public:
-  // An empty path: not wanted. `track` must outlive the film. Throws InputError naming a path that
-  // cannot be written.
+  // `lattice` is what the face is made of, for overlays. An empty path: not wanted. `track` must
+  // outlive the film. Throws InputError naming a path that cannot be written.
   FaceFilm(std::shared_ptr<const Anatomy> anatomy,
+           const LatticeOptions& lattice,
            const ContractionTrack& track,
            const std::string& video_path,
            const std::string& picture_path,
@@ -30,21 +31,24 @@ class FaceFilm {
   void finish();
 
  private:
-  const cv::Mat& draw(int frame, const std::vector<Vec3>& skin_mm, double jaw_rad);
+  const cv::Mat& draw(int frame, const FaceState& state);
 
   std::shared_ptr<const Anatomy> anatomy_;
   const ContractionTrack& track_;
   std::string picture_path_;
+  AnimateOptions options_;
   int face_px_;
   cv::Mat canvas_;
   std::optional<ContractionBars> bars_;
   Renderer renderer_;
+  std::vector<Controls> controls_;  // per frame, if there is an overlay
+  Lattice lattice_;                 // of the overlay
+  std::optional<FaceOverlay> overlay_;
   std::optional<VideoWriter> writer_;
   struct Furthest {
     int frame = -1;
     double far_mm = -1.0;
-    double jaw_rad = 0.0;
-    std::vector<Vec3> skin_mm;
+    FaceState state;
   } furthest_;
   std::vector<Vec3> skin_mm_;
 };

@@ -1,22 +1,15 @@
 #include "src/pipeline/pick_quality.h"
 
 #include <algorithm>
-#include <ctime>
 
 #include "src/pipeline/animate_face.h"
+#include "src/pipeline/stage_figures.h"
 
 namespace zygoma {
 namespace {
 
 constexpr int kStretches = 3;
 constexpr int kFramesPerStretch = 12;
-
-// Of this thread: others may be tracking meanwhile.
-double processor_ms() {
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
-}
 
 // Mean time of a frame that follows another one. The jump into a stretch does not count.
 double frame_ms(const FaceQuality& quality,
@@ -39,10 +32,10 @@ double frame_ms(const FaceQuality& quality,
     const int begin = stretch * num_frames / kStretches;
     const int end = std::min(begin + kFramesPerStretch + 1, num_frames);
     for (int k = begin; k < end; ++k) {
-      const double start_ms = processor_ms();
+      const double start_ms = thread_ms();
       face.settle(controls[k], state);
       if (k == begin) continue;
-      sum_ms += processor_ms() - start_ms;
+      sum_ms += thread_ms() - start_ms;
       ++counted;
     }
   }

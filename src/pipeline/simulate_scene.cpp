@@ -4,17 +4,12 @@
 #include <cassert>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 
 #include "src/pipeline/animate_face.h"
+#include "src/pipeline/stage_figures.h"
 
 namespace zygoma {
 namespace {
-
-// Of this process, which other programs on the machine do not disturb.
-double processor_ms() {
-  return 1e3 * static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC);
-}
 
 // How far points are from where they were: the largest, and the sum of squares.
 struct Distance {
@@ -88,13 +83,13 @@ Simulation simulate_scene(const Scene& scene,
   for (std::size_t k = 0; k < controls.size() && !simulation.stopped; ++k) {
     MotionRow row;
     row.time_s = track.frames[k].time_s;
-    const double begin_ms = processor_ms();
+    const double begin_ms = thread_ms();
     if (k == 0) {
       row.settle = face.settle(controls[k], state);
     } else {
       row.settle = face.advance(controls[k], row.time_s - track.frames[k - 1].time_s, state);
     }
-    row.ms = processor_ms() - begin_ms;
+    row.ms = thread_ms() - begin_ms;
     simulation.surfaces_mm.emplace_back(state.positions_mm.begin(),
                                         state.positions_mm.begin() + num_vertices);
     Distance moved;

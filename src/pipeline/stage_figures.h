@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <ctime>
 #include <string>
 
 namespace zygoma {
@@ -13,6 +14,13 @@ struct StageFigures {
 
   double frame_ms() const { return num_frames > 0 ? total_ms / num_frames : 0.0; }
 };
+
+// Processor time of the calling thread: what others do meanwhile does not count.
+inline double thread_ms() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
+}
 
 class Stopwatch {
  public:

@@ -148,8 +148,8 @@ std::vector<double> skin_strain(const SurfaceMesh& rest, const std::vector<Vec3>
   return sum;
 }
 
-FaceOverlay::FaceOverlay(Overlay overlay, const Simulator& simulator)
-    : overlay_(overlay), anatomy_(simulator.anatomy()), lattice_(simulator.lattice()) {
+FaceOverlay::FaceOverlay(Overlay overlay, const Anatomy& anatomy, const Lattice& lattice)
+    : overlay_(overlay), anatomy_(anatomy), lattice_(lattice) {
   for (const Muscle& muscle : anatomy_.muscles)
     course_.push_back(course_of(muscle, anatomy_.surface));
 }

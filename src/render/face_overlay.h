@@ -11,7 +11,7 @@
 // False colours are found per surface vertex and carried to the fine skin by its embedding; a bar
 // says what they mean. Use:
 //
-//   FaceOverlay overlay(parse_overlay("strain"), simulator);
+//   FaceOverlay overlay(parse_overlay("strain"), simulator.anatomy(), simulator.lattice());
 //   renderer.render(skin_mm, state.jaw_rad, camera, bgr, overlay.tint(state));
 //   overlay.draw(controls, state, camera, bgr);
 #pragma once
@@ -48,8 +48,8 @@ struct CoursePoint {
 
 class FaceOverlay {
  public:
-  // The simulator's anatomy and lattice must outlive the overlay.
-  FaceOverlay(Overlay overlay, const Simulator& simulator);
+  // Anatomy and the lattice made from it must outlive the overlay.
+  FaceOverlay(Overlay overlay, const Anatomy& anatomy, const Lattice& lattice);
 
   // For Renderer::render; nullptr if this overlay does not colour the skin. Valid until the next
   // call.

@@ -216,7 +216,7 @@ TEST(FaceOverlay, EveryOneOfThemShowsInThePicture) {
   cv::Mat plain;
   renderer.render(skin, 0.0, camera, plain);
   const auto shown = [&](Overlay which) {
-    FaceOverlay overlay(which, simulator);
+    FaceOverlay overlay(which, simulator.anatomy(), simulator.lattice());
     cv::Mat bgr;
     renderer.render(skin, 0.0, camera, bgr, overlay.tint(state));
     overlay.draw(controls, state, camera, bgr);

@@ -65,6 +65,7 @@ class ExpressCommand : public Command {
     const ContractionTrack track = sample_motion(scene.motion, muscles_used(scene.motion, muscles));
 
     FaceFilm film(anatomy,
+                  scene.tissue.lattice,
                   track,
                   is_video ? output_ : "",
                   is_video ? "" : output_,

@@ -113,7 +113,12 @@ class SimulateCommand : public Command {
         sample_motion(scene.motion, muscles_used(scene.motion, track.muscles));
     std::optional<FaceFilm> film;
     if (!video_path_.empty() || !picture_path_.empty()) {
-      film.emplace(anatomy, shown, video_path_, picture_path_, animation_.animate_options());
+      film.emplace(anatomy,
+                   scene.tissue.lattice,
+                   shown,
+                   video_path_,
+                   picture_path_,
+                   animation_.animate_options());
     }
     context.progress.begin(name(), static_cast<int>(track.frames.size()));
     const auto take = [&](int frame, const FaceState& state, const MotionRow& row) {
