@@ -1,6 +1,6 @@
 // How close the default head comes to other people's: its shape parameters are fitted, after a
 // similarity that puts landmarks on landmarks, to heads that are not part of the project. The
-// folder that holds them is named by the environment variable ZYGOMA_SHARED.
+// folder that holds them is ../shared, or named by the environment variable ZYGOMA_SHARED.
 //
 // Measured is the distance from the face of the model (a mask from forehead to chin, without eyes,
 // nostrils and the slit of the mouth) to the nearest point of the other head, in millimetres of the
@@ -367,13 +367,16 @@ const std::vector<Scan>& scans() {
   return all;
 }
 
+void PrintTo(const Scan& scan, std::ostream* out) { *out << scan.file; }
+
 class HeadFit : public testing::TestWithParam<Scan> {};
 
 TEST_P(HeadFit, ComesWithinMillimetresOfThisHead) {
   const char* given = std::getenv("ZYGOMA_SHARED");
-  const std::string path =
-      std::string(given != nullptr ? given : "") + "/meshes/" + GetParam().file;
-  if (given == nullptr || !std::filesystem::exists(path)) {
+  const std::string shared =
+      given != nullptr ? given : std::string(ZYGOMA_SOURCE_DIR) + "/../shared";
+  const std::string path = shared + "/meshes/" + GetParam().file;
+  if (!std::filesystem::exists(path)) {
     GTEST_SKIP() << GetParam().file << " is not there; ZYGOMA_SHARED names the folder";
   }
   const OtherHead head = read_head(path, GetParam().num_vertices);
