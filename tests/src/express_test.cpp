@@ -38,6 +38,50 @@ TEST(ExpressTest, ShowsTheExpressionOnTheSideAskedFor) {
   EXPECT_EQ(difference(picture("12", "a.png"), picture("zygomaticus_major=1", "b.png")), 0.0);
 }
 
+TEST(ExpressTest, ViewsAndOverlaysShowSomethingElse) {
+  const ScratchFolder folder;
+  const auto picture = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{
+        "express", "12", "-o", folder / "face.png", "--no-bars", "--height", "240"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = run_program(folder, arguments);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return cv::imread(folder / "face.png");
+  };
+  std::vector<cv::Mat> pictures{picture({})};
+  for (const char* view : {"three-quarter", "profile"})
+    pictures.push_back(picture({"--view", view}));
+  for (const char* overlay : {"lattice", "muscles", "volume", "strain"}) {
+    pictures.push_back(picture({"--overlay", overlay}));
+  }
+  for (std::size_t a = 0; a < pictures.size(); ++a) {
+    for (std::size_t b = 0; b < a; ++b) EXPECT_GT(difference(pictures[a], pictures[b]), 0.5);
+  }
+}
+
+TEST(ExpressTest, SaysWhichQualityItPicked) {
+  const ScratchFolder folder;
+  const auto says = [&](const std::string& option, const std::string& value) {
+    const Outcome outcome = run_program(folder,
+                                        {"express",
+                                         "12",
+                                         "-o",
+                                         folder / "face.png",
+                                         "--no-bars",
+                                         "--height",
+                                         "240",
+                                         option,
+                                         value});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return outcome.err;
+  };
+  EXPECT_NE(says("--quality", "standard").find("quality standard"), std::string::npos);
+  EXPECT_NE(says("--tolerance", "5").find("quality draft"), std::string::npos);
+  const std::string tight = says("--budget", "0.001");
+  EXPECT_NE(tight.find("cannot be met"), std::string::npos) << tight;
+  EXPECT_NE(tight.find("not met"), std::string::npos) << tight;
+}
+
 TEST(ExpressTest, FilmsTheWayThereAndBack) {
   const ScratchFolder folder;
   const std::string video = folder / "smile.mp4";

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "src/base/check.h"
+#include "src/pipeline/pick_quality.h"
 #include "tests/src/scratch_folder.h"
 
 namespace zygoma {
@@ -96,6 +97,19 @@ TEST(FaceQualityTest, IsKnownByName) {
     EXPECT_EQ(face_quality(quality.name).surface_vertices, quality.surface_vertices);
   }
   EXPECT_THROW(face_quality("superb"), InputError);
+}
+
+TEST(PickQualityTest, TakesTheQuickestThatIsCloseEnough) {
+  EXPECT_EQ(pick_for_tolerance(10.0).quality.name, "draft");
+  const QualityPick fine = pick_for_tolerance(face_quality("fine").expected_rms_mm);
+  EXPECT_EQ(fine.quality.name, "fine");
+  EXPECT_TRUE(fine.fits);
+  EXPECT_EQ(pick_for_tolerance(1e-6).quality.name, "reference");
+  double error = 1e9;
+  for (const FaceQuality& quality : face_qualities()) {
+    EXPECT_LT(quality.expected_rms_mm, error) << quality.name;
+    error = quality.expected_rms_mm;
+  }
 }
 
 }  // namespace
