@@ -12,11 +12,11 @@ void FaceQuality::apply(HeadOptions& head, TissueModel& tissue, SettleOptions& s
 
 const std::vector<FaceQuality>& face_qualities() {
   static const std::vector<FaceQuality> qualities{
-      {"draft", 300, true, 1e-2, 0.92},
-      {"between draft and standard", 500, true, 1e-2, 0.65},
-      {"standard", 1000, true, 1e-2, 0.42},
-      {"fine", 2000, true, 1e-4, 0.24},
-      {"between fine and reference", 2000, false, 1e-4, 0.23},
+      {"draft", 300, true, 1e-2, 0.70},
+      {"standard", 500, true, 1e-2, 0.56},
+      {"between standard and fine", 1000, true, 1e-2, 0.41},
+      {"fine", 2000, true, 1e-4, 0.25},
+      {"between fine and reference", 2000, false, 1e-4, 0.22},
       {"reference", 4000, false, 1e-6, 0.0}};
   return qualities;
 }

@@ -35,22 +35,10 @@ std::string remark_on(const QualityPick& pick, double budget_ms) {
 }  // namespace
 
 void FaceOptions::declare(OptionSink& options) {
-  options.integer(
-      "--surface-vertices",
-      head_.num_surface_vertices,
-      {300, 4000},
-      "about how many nodes a layer of the lattice face has: more make finer folds and take "
-      "longer");
-  options.number("--residual",
-                 residual_,
-                 {1e-8, 0.1},
-                 "share of the load that may be left unbalanced in a settled face: less is slower "
-                 "and closer to the true equilibrium");
   options.choice("--quality",
                  quality_,
                  {"draft", "standard", "fine", "reference"},
-                 "a point on the front of what accuracy costs (see `zygoma tradeoff`) instead of "
-                 "--surface-vertices and --residual");
+                 "a point on the front of what accuracy costs in time (see `zygoma tradeoff`)");
   options.number(
       "--budget",
       budget_ms_,
@@ -61,36 +49,40 @@ void FaceOptions::declare(OptionSink& options) {
                  tolerance_mm_,
                  {0.0, 10.0},
                  "picks the quickest quality whose skin is that close to the reference, mm RMS");
+  options.integer("--surface-vertices",
+                  surface_vertices_,
+                  {0, 4000},
+                  "about how many nodes a layer of the lattice face has, 300 to 4000: more make "
+                  "finer folds and take longer; 0: by --quality");
+  options.number("--residual",
+                 residual_,
+                 {0.0, 0.1},
+                 "share of the load that may be left unbalanced in a settled face: less is slower "
+                 "and closer to the true equilibrium; 0: by --quality");
 }
 
 void FaceOptions::check() const {
-  const FaceOptions usual;
-  const int asked = !quality_.empty() + (budget_ms_ > 0.0) + (tolerance_mm_ > 0.0);
+  const bool by_quality = quality_ != FaceOptions().quality_;
+  const int asked = by_quality + (budget_ms_ > 0.0) + (tolerance_mm_ > 0.0);
   require(asked <= 1, "--quality, --budget, --tolerance: expected one of them at most");
-  if (asked == 0) return;
-  require(
-      head_.num_surface_vertices == usual.head_.num_surface_vertices,
-      "--surface-vertices: set by --quality, --budget or --tolerance, expected one or the other");
-  require(residual_ == usual.residual_,
-          "--residual: set by --quality, --budget or --tolerance, expected one or the other");
+  if (budget_ms_ == 0.0 && tolerance_mm_ == 0.0) return;
+  require(surface_vertices_ == 0,
+          "--surface-vertices: set by --budget or --tolerance, expected one or the other");
+  require(residual_ == 0.0,
+          "--residual: set by --budget or --tolerance, expected one or the other");
 }
 
 ChosenScene FaceOptions::scene(const std::string& path, const ContractionTrack* track) const {
-  const FaceOptions usual;
   check();
   if (!path.empty()) {
-    require(head_.num_surface_vertices == usual.head_.num_surface_vertices,
-            "--surface-vertices: the scene says (head.surface_vertices)");
-    require(residual_ == usual.residual_, "--residual: the scene says (solver.relative_residual)");
-    require(quality_.empty() && budget_ms_ == 0.0 && tolerance_mm_ == 0.0,
+    require(surface_vertices_ == 0, "--surface-vertices: the scene says (head.surface_vertices)");
+    require(residual_ == 0.0, "--residual: the scene says (solver.relative_residual)");
+    require(quality_ == FaceOptions().quality_ && budget_ms_ == 0.0 && tolerance_mm_ == 0.0,
             "--quality, --budget, --tolerance: the scene says (head, tissue, solver)");
     return {read_scene(path), {}};
   }
   Scene scene;
-  scene.head = head_;
-  scene.settle.relative_residual = residual_;
-  std::optional<QualityPick> pick;
-  if (!quality_.empty()) pick = QualityPick{face_quality(quality_), 0.0, true};
+  QualityPick pick{face_quality(quality_), 0.0, true};
   if (tolerance_mm_ > 0.0) pick = pick_for_tolerance(tolerance_mm_);
   if (budget_ms_ > 0.0) {
     const ContractionTrack usual_track =
@@ -98,9 +90,12 @@ ChosenScene FaceOptions::scene(const std::string& path, const ContractionTrack* 
     pick = pick_for_budget(
         budget_ms_, track == nullptr ? usual_track : *track, scene.identity, scene.tissue);
   }
-  if (!pick) return {scene, {}};
-  pick->quality.apply(scene.head, scene.tissue, scene.settle);
-  return {scene, remark_on(*pick, budget_ms_)};
+  pick.quality.apply(scene.head, scene.tissue, scene.settle);
+  if (surface_vertices_ > 0) scene.head.num_surface_vertices = surface_vertices_;
+  if (residual_ > 0.0) scene.settle.relative_residual = residual_;
+  scene.head.check();
+  const bool usual = pick.quality.name == FaceOptions().quality_ && budget_ms_ == 0.0;
+  return {scene, usual ? "" : remark_on(pick, budget_ms_)};
 }
 
 AssembledFace FaceOptions::assemble(const ContractionTrack* track) const {

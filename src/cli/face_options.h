@@ -15,7 +15,7 @@ namespace zygoma {
 struct AssembledFace {
   std::shared_ptr<const Anatomy> anatomy;
   Simulator simulator;
-  std::string remark;  // which level of quality was picked; empty if none was asked for
+  std::string remark;  // which level of quality was picked; empty for the usual one
 };
 
 struct ChosenScene {
@@ -37,9 +37,9 @@ class FaceOptions {
   void check() const;
 
  private:
-  HeadOptions head_;
-  double residual_ = SettleOptions{}.relative_residual;
-  std::string quality_;
+  std::string quality_ = "standard";
+  int surface_vertices_ = 0;  // 0: by quality, as below
+  double residual_ = 0.0;
   double budget_ms_ = 0.0;
   double tolerance_mm_ = 0.0;
 };

@@ -75,7 +75,8 @@ TEST(ExpressTest, SaysWhichQualityItPicked) {
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     return outcome.err;
   };
-  EXPECT_NE(says("--quality", "standard").find("quality standard"), std::string::npos);
+  EXPECT_NE(says("--quality", "draft").find("quality draft"), std::string::npos);
+  EXPECT_EQ(says("--quality", "standard").find("quality"), std::string::npos);
   EXPECT_NE(says("--tolerance", "5").find("quality draft"), std::string::npos);
   const std::string tight = says("--budget", "0.001");
   EXPECT_NE(tight.find("cannot be met"), std::string::npos) << tight;
