@@ -1,5 +1,5 @@
-// The explicit and the equilibrium solver against the soft bodies of Bullet on a lattice that Bullet
-// can represent: all springs linear with k = 1, all masses 1, no volume terms.
+// The explicit and the equilibrium solver against the soft bodies of Bullet on a lattice that
+// Bullet can represent: all springs linear with k = 1, all masses 1, no volume terms.
 //
 // A spherical cap (radius 0.5, as far across as 1) with jittered triangles carries four node layers
 // at depths 0, 0.015, 0.035 and 0.05; the lowest is fixed. Fascia nodes within 0.2 of the middle

@@ -3,6 +3,7 @@
 // al. 2015, Tarantili et al. 2005), a full frontalis lifts the brow by 6 to 12 mm.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -124,6 +125,36 @@ TEST_F(MuscleEvidence, EveryMuscleAndEveryExpressionSettlesWithoutInversion) {
     std::string text(unit.one_sided ? "L" : "");
     settle(text += std::to_string(unit.number));
   }
+}
+
+// Figure 3d of the paper: what a frown pushes together around the mouth has to go somewhere. With
+// volume preservation the skin below the corners bulges; without it the tissue crumples.
+TEST(Frown, BulgesBelowTheMouthByVolumePreservation) {
+  const auto head = std::make_shared<const Anatomy>(make_generic_head({}, {1000, 0, 64}));
+  const Controls frown = controls_of(pose_of("corrugator_supercilii=0.8,depressor_anguli_oris=0.8,"
+                                             "depressor_labii_inferioris=0.4"),
+                                     *head);
+  std::array<double, 2> bulge_mm{};
+  std::array<SettleReport, 2> report;
+  for (const int volume : {0, 1}) {
+    TissueModel tissue;
+    if (volume == 0) tissue.effects.clear();
+    Simulator simulator(head, tissue);
+    FaceState state = simulator.rest();
+    report[volume] = simulator.settle(frown, state);
+    for (std::size_t v = 0; v < head->region.size(); ++v) {
+      const Vec3& p = head->surface.positions_mm[v];
+      const bool below = std::abs(p.x()) < 45.0 && p.y() < -85.0 && p.y() > -110.0;
+      if (!below || p.z() < -25.0) continue;
+      bulge_mm[volume] = std::max(bulge_mm[volume], (state.positions_mm[v] - p).z());
+    }
+  }
+  EXPECT_GT(bulge_mm[1], 0.4);
+  EXPECT_LT(bulge_mm[0], 0.1);
+  EXPECT_EQ(report[1].inverted_elements, 0);
+  EXPECT_GT(report[0].inverted_elements, 20);
+  EXPECT_LT(report[1].mean_volume_change, 0.03);
+  EXPECT_GT(report[0].mean_volume_change, 0.08);
 }
 
 TEST_F(MuscleEvidence, TheJawOpensWideAndReturnsExactly) {

@@ -205,8 +205,7 @@ TEST(SceneFileTest, RefusesWhatIsWrongInOneLine) {
     expect_refused(is_part ? "{" + text + ", " + kMotion + "}" : text, bad.words);
   }
   expect_refused(pose("[]"), {"keys[0].contractions: a list of 0", "an object"});
-  expect_refused(pose(R"({"zygomaticus": 1})"),
-                 {"'zygomaticus' is unknown", "zygomaticus_major"});
+  expect_refused(pose(R"({"zygomaticus": 1})"), {"'zygomaticus' is unknown", "zygomaticus_major"});
   expect_refused(pose(R"({"zygomaticus_major_L": 1.5})"),
                  {"keys[0].contractions.zygomaticus_major_L is 1.5", "0 to 1"});
   expect_refused(pose(R"({"zygomaticus_major_L": "x"})"), {"zygomaticus_major_L: '\"x\"'"});
