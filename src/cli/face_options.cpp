@@ -62,7 +62,7 @@ void FaceOptions::declare(OptionSink& options) {
 }
 
 void FaceOptions::check() const {
-  const bool by_quality = quality_ != FaceOptions().quality_;
+  const bool by_quality = quality_ != kUsualQuality;
   const int asked = by_quality + (budget_ms_ > 0.0) + (tolerance_mm_ > 0.0);
   require(asked <= 1, "--quality, --budget, --tolerance: expected one of them at most");
   if (budget_ms_ == 0.0 && tolerance_mm_ == 0.0) return;
@@ -77,7 +77,7 @@ ChosenScene FaceOptions::scene(const std::string& path, const ContractionTrack* 
   if (!path.empty()) {
     require(surface_vertices_ == 0, "--surface-vertices: the scene says (head.surface_vertices)");
     require(residual_ == 0.0, "--residual: the scene says (solver.relative_residual)");
-    require(quality_ == FaceOptions().quality_ && budget_ms_ == 0.0 && tolerance_mm_ == 0.0,
+    require(quality_ == kUsualQuality && budget_ms_ == 0.0 && tolerance_mm_ == 0.0,
             "--quality, --budget, --tolerance: the scene says (head, tissue, solver)");
     return {read_scene(path), {}};
   }
@@ -94,7 +94,7 @@ ChosenScene FaceOptions::scene(const std::string& path, const ContractionTrack* 
   if (surface_vertices_ > 0) scene.head.num_surface_vertices = surface_vertices_;
   if (residual_ > 0.0) scene.settle.relative_residual = residual_;
   scene.head.check();
-  const bool usual = pick.quality.name == FaceOptions().quality_ && budget_ms_ == 0.0;
+  const bool usual = pick.quality.name == kUsualQuality && budget_ms_ == 0.0;
   return {scene, usual ? "" : remark_on(pick, budget_ms_)};
 }
 
@@ -121,14 +121,12 @@ void AnimationOptions::declare(OptionSink& options) {
                   panel_height_px_,
                   {0, 2160},
                   "of the picture, pixels; 0: that of the video, at most 720");
-  options.choice("--view",
-                 view_,
-                 {"front", "three-quarter", "profile", "turntable"},
-                 "of the whole head; left out: the face from the front");
+  options.choice(
+      "--view", view_, view_names(), "of the whole head; left out: the face from the front");
   options.choice(
       "--overlay",
       overlay_,
-      {"none", "lattice", "muscles", "volume", "strain"},
+      overlay_names(),
       "what to lay over the face: the surface of the lattice, the muscles that pull, how "
       "the tissue below changes its volume, how the skin is stretched");
   options.flag("--no-bars", no_bars_, "leave out the panel with one bar per muscle");

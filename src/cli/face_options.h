@@ -37,7 +37,9 @@ class FaceOptions {
   void check() const;
 
  private:
-  std::string quality_ = "standard";
+  static constexpr const char* kUsualQuality = "standard";
+
+  std::string quality_ = kUsualQuality;
   int surface_vertices_ = 0;  // 0: by quality, as below
   double residual_ = 0.0;
   double budget_ms_ = 0.0;

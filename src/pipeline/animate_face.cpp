@@ -82,12 +82,6 @@ class PerformancePanel {
   std::size_t next_ = 0;
 };
 
-double average_rate(const ContractionTrack& track) {
-  const double span_s = track.frames.back().time_s - track.frames.front().time_s;
-  const auto steps = static_cast<double>(track.frames.size() - 1);
-  return span_s > 0.0 ? steps / span_s : 30.0;
-}
-
 }  // namespace
 
 std::vector<Controls> controls_for(const ContractionTrack& track, const Anatomy& anatomy) {
@@ -124,6 +118,21 @@ std::vector<Controls> controls_for(const ContractionTrack& track, const Anatomy&
   return controls;
 }
 
+double average_rate(const ContractionTrack& track) {
+  const double span_s = track.frames.back().time_s - track.frames.front().time_s;
+  const auto steps = static_cast<double>(track.frames.size() - 1);
+  return span_s > 0.0 ? steps / span_s : 30.0;
+}
+
+FacePanels face_panels(const AnimateOptions& options, int height_px) {
+  return {height_px, 2 * (height_px * 2 / 5), options.bars ? 2 * (height_px * 6 / 25) : 0};
+}
+
+int height_alone_px(const AnimateOptions& options) {
+  constexpr int kUsual_px = 480;
+  return options.panel_height_px > 0 ? options.panel_height_px : kUsual_px;
+}
+
 Camera face_camera(int width_px, int height_px, double roll_rad) {
   Camera camera = make_camera(width_px, height_px, {0.0, kLookAtY_mm, 0.0}, kPictureHeight_mm);
   // A roll on the screen is a turn of the camera frame about its z axis (x right, y down).
@@ -155,11 +164,9 @@ AnimationReport animate_face(const ContractionTrack& track,
 
   std::optional<PerformancePanel> panel;
   if (performance) panel.emplace(*performance, options.panel_height_px);
-  const int alone_px = options.panel_height_px > 0 ? options.panel_height_px : 480;
-  const int height_px = panel ? panel->size().height : alone_px;
+  const auto [height_px, face_px, bars_px] =
+      face_panels(options, panel ? panel->size().height : height_alone_px(options));
   const int left_px = panel ? panel->size().width : 0;
-  const int bars_px = options.bars ? 2 * (height_px * 6 / 25) : 0;
-  const int face_px = 2 * (height_px * 2 / 5);
   cv::Mat canvas(height_px, left_px + face_px + bars_px, CV_8UC3, cv::Scalar::all(0));
   cv::Mat left = canvas.colRange(0, left_px);
   cv::Mat right = canvas.colRange(left_px, left_px + face_px);

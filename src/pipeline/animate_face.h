@@ -51,6 +51,20 @@ struct AnimationReport {
 // Throws InputError naming a muscle that the face does not have and a value outside [0, 1].
 std::vector<Controls> controls_for(const ContractionTrack& track, const Anatomy& anatomy);
 
+// Frames a second, on average; 30 if there is one frame only.
+double average_rate(const ContractionTrack& track);
+
+// Sizes of the panels of a picture that high, all even.
+struct FacePanels {
+  int height_px = 0;
+  int face_px = 0;  // width
+  int bars_px = 0;  // the same; 0 = none
+};
+FacePanels face_panels(const AnimateOptions& options, int height_px);
+
+// How high a picture of the face alone is.
+int height_alone_px(const AnimateOptions& options);
+
 // What a face is filmed with when no view is asked for: from the front, close; `roll_rad` is that
 // of the head.
 Camera face_camera(int width_px, int height_px, double roll_rad = 0.0);

@@ -3,20 +3,6 @@
 #include "src/io/picture_file.h"
 
 namespace zygoma {
-namespace {
-
-constexpr int kUsualHeight_px = 480;
-
-int height_of(const AnimateOptions& options) {
-  return options.panel_height_px > 0 ? options.panel_height_px : kUsualHeight_px;
-}
-
-double rate_of(const ContractionTrack& track) {
-  const double span_s = track.frames.back().time_s - track.frames.front().time_s;
-  return span_s > 0.0 ? static_cast<double>(track.frames.size() - 1) / span_s : 30.0;
-}
-
-}  // namespace
 
 FaceFilm::FaceFilm(std::shared_ptr<const Anatomy> anatomy,
                    const LatticeOptions& lattice,
@@ -28,11 +14,10 @@ FaceFilm::FaceFilm(std::shared_ptr<const Anatomy> anatomy,
       track_(track),
       picture_path_(picture_path),
       options_(options),
-      face_px_(2 * (height_of(options) * 2 / 5)),
+      face_px_(face_panels(options, height_alone_px(options)).face_px),
       renderer_(anatomy_, options.render) {
-  const int height_px = height_of(options);
-  const int bars_px = options.bars ? 2 * (height_px * 6 / 25) : 0;
-  canvas_ = cv::Mat(height_px, face_px_ + bars_px, CV_8UC3, cv::Scalar::all(0));
+  const auto [height_px, face_px, bars_px] = face_panels(options, height_alone_px(options));
+  canvas_ = cv::Mat(height_px, face_px + bars_px, CV_8UC3, cv::Scalar::all(0));
   if (options.bars) bars_.emplace(track.muscles, cv::Size(bars_px, height_px));
   if (options.overlay != Overlay::kNone) {
     controls_ = controls_for(track, *anatomy_);
@@ -41,7 +26,7 @@ FaceFilm::FaceFilm(std::shared_ptr<const Anatomy> anatomy,
   }
   if (!picture_path.empty()) require_picture_name(picture_path);
   if (!video_path.empty()) {
-    writer_.emplace(video_path, canvas_.cols, canvas_.rows, rate_of(track), options.encoding);
+    writer_.emplace(video_path, canvas_.cols, canvas_.rows, average_rate(track), options.encoding);
   }
 }
 

@@ -13,8 +13,8 @@
 namespace zygoma {
 namespace {
 
-constexpr double kFaceDepthMm =
-    60.0;  // behind the eyes: ears and the back of the head do not count
+// Behind the eyes: ears and the back of the head do not count.
+constexpr double kFaceDepthMm = 60.0;
 
 // A simulated motion, seen on the skin.
 struct Film {
@@ -49,30 +49,22 @@ Film shoot(const Scene& scene, StageObserver& observer, const StopQuestion& stop
   return film;
 }
 
-// Points of a skin that can be found again on another one.
-struct Probes {
-  std::vector<int> vertices;  // of the face, without lips and lids: there flaps lie on each other
-  std::vector<std::vector<int>> curves;
-};
+int nearest_point(const std::vector<Vec3>& points, const Vec3& p) {
+  const auto nearer = [&](const Vec3& a, const Vec3& b) {
+    return (a - p).squaredNorm() < (b - p).squaredNorm();
+  };
+  return static_cast<int>(std::min_element(points.begin(), points.end(), nearer) - points.begin());
+}
 
-bool is_on_the_face(const Vec3& p) { return p.z() > -kFaceDepthMm; }
-
-Probes probes_of(const Anatomy& anatomy) {
-  Probes probes;
-  const int num_surface = static_cast<int>(anatomy.surface.positions_mm.size());
-  for (int v = 0; v < num_surface; ++v) {
-    if (anatomy.region[v] != Region::kFace) continue;
+// Vertices of a skin that can be found again on another one: where the vertices of the surface lie
+// on the face, without lips and lids, whose flaps lie on each other.
+std::vector<int> probes_of(const Anatomy& anatomy) {
+  std::vector<int> probes;
+  for (std::size_t v = 0; v < anatomy.region.size(); ++v) {
     const Vec3& p = anatomy.surface.positions_mm[v];
-    if (!is_on_the_face(p)) continue;
-    // The skin vertex that lies there.
-    const std::vector<Vec3>& skin = anatomy.skin.mesh.positions_mm;
-    const auto nearest =
-        std::min_element(skin.begin(), skin.end(), [&](const Vec3& a, const Vec3& b) {
-          return (a - p).squaredNorm() < (b - p).squaredNorm();
-        });
-    probes.vertices.push_back(static_cast<int>(nearest - skin.begin()));
+    if (anatomy.region[v] != Region::kFace || p.z() <= -kFaceDepthMm) continue;
+    probes.push_back(nearest_point(anatomy.skin.mesh.positions_mm, p));
   }
-  for (const NamedCurve& curve : anatomy.curves) probes.curves.push_back(curve.skin_vertices);
   return probes;
 }
 
@@ -102,43 +94,46 @@ Twin along(const std::vector<int>& chain, const std::vector<Vec3>& rest, double 
       chain[k - 1], chain[k], part > 0.0 ? std::clamp((s - length[k - 1]) / part, 0.0, 1.0) : 0.0};
 }
 
-std::vector<Twin> twins(const Film& reference, const Probes& probes, const Anatomy& other) {
+// Of the probes, at these places of the reference's skin, and along the nine curves.
+std::vector<Twin> twins_on(const Anatomy& anatomy, const std::vector<Vec3>& probes_mm) {
   constexpr int kPerCurve = 13;
-  const std::vector<Vec3>& there = reference.anatomy->skin.mesh.positions_mm;
-  const std::vector<Vec3>& here = other.skin.mesh.positions_mm;
+  const std::vector<Vec3>& skin = anatomy.skin.mesh.positions_mm;
   std::vector<Twin> found;
-  for (const int v : probes.vertices) {
-    int best = 0;
-    double best2 = std::numeric_limits<double>::infinity();
-    for (std::size_t u = 0; u < here.size(); ++u) {
-      const double d2 = (here[u] - there[v]).squaredNorm();
-      if (d2 < best2) {
-        best2 = d2;
-        best = static_cast<int>(u);
-      }
-    }
-    found.push_back({best, best, 0.0});
+  for (const Vec3& probe : probes_mm) {
+    const int nearest = nearest_point(skin, probe);
+    found.push_back({nearest, nearest, 0.0});
   }
-  for (const NamedCurve& curve : other.curves) {
+  for (const NamedCurve& curve : anatomy.curves) {
     for (int k = 0; k < kPerCurve; ++k) {
-      found.push_back(along(curve.skin_vertices, here, static_cast<double>(k) / (kPerCurve - 1)));
+      found.push_back(along(curve.skin_vertices, skin, static_cast<double>(k) / (kPerCurve - 1)));
     }
   }
   return found;
 }
 
-void compare(const Film& reference, const Film& film, TradeoffRow& row) {
-  const Probes probes = probes_of(*reference.anatomy);
-  const std::vector<Twin> at_reference = twins(reference, probes, *reference.anatomy);
-  const std::vector<Twin> here = twins(reference, probes, *film.anatomy);
-  const std::vector<Vec3>& rest_there = reference.anatomy->skin.mesh.positions_mm;
+// What all choices are held against; its probes are looked for once.
+struct Reference {
+  Film film;
+  std::vector<Vec3> probes_mm;
+  std::vector<Twin> twins;
+
+  explicit Reference(Film shot) : film(std::move(shot)) {
+    for (const int v : probes_of(*film.anatomy)) {
+      probes_mm.push_back(film.anatomy->skin.mesh.positions_mm[v]);
+    }
+    twins = twins_on(*film.anatomy, probes_mm);
+  }
+};
+
+void compare(const Reference& reference, const Film& film, TradeoffRow& row) {
+  const std::vector<Twin> here = twins_on(*film.anatomy, reference.probes_mm);
+  const std::vector<Vec3>& rest_there = reference.film.anatomy->skin.mesh.positions_mm;
   const std::vector<Vec3>& rest_here = film.anatomy->skin.mesh.positions_mm;
   double sum2 = 0.0;
   for (std::size_t frame = 0; frame < film.skins_mm.size(); ++frame) {
     for (std::size_t k = 0; k < here.size(); ++k) {
-      const double off = (here[k].motion(film.skins_mm[frame], rest_here) -
-                          at_reference[k].motion(reference.skins_mm[frame], rest_there))
-                             .norm();
+      const Vec3 there = reference.twins[k].motion(reference.film.skins_mm[frame], rest_there);
+      const double off = (here[k].motion(film.skins_mm[frame], rest_here) - there).norm();
       sum2 += off * off;
       row.largest_mm = std::max(row.largest_mm, off);
     }
@@ -217,14 +212,14 @@ Tradeoff measure_tradeoff(const Scene& scene,
   Tradeoff result;
   result.reference = reference_choice;
   observer.begin("reference", 0);
-  const Film reference = shoot(with(scene, reference_choice), observer, stop);
+  const Reference reference(shoot(with(scene, reference_choice), observer, stop));
   observer.end();
-  result.reference_ms = reference.simulation.frame_ms();
-  result.reference_nodes = reference.num_nodes;
-  result.stopped = reference.simulation.stopped;
+  result.reference_ms = reference.film.simulation.frame_ms();
+  result.reference_nodes = reference.film.num_nodes;
+  result.stopped = reference.film.simulation.stopped;
   for (const TissueChoice& choice : choices) {
     if (result.stopped) break;
-    observer.begin(name_of(choice), static_cast<int>(reference.skins_mm.size()));
+    observer.begin(name_of(choice), static_cast<int>(reference.film.skins_mm.size()));
     const Film film = shoot(with(scene, choice), observer, stop);
     observer.end();
     result.stopped = film.simulation.stopped;

@@ -12,7 +12,7 @@
 namespace zygoma {
 namespace {
 
-const std::array<std::string, 5> kNames{"none", "lattice", "muscles", "volume", "strain"};
+const std::vector<std::string> kNames{"none", "lattice", "muscles", "volume", "strain"};
 
 constexpr double kFullVolume = 0.30;  // where false colour is full
 constexpr double kFullStrain = 0.40;
@@ -111,6 +111,8 @@ Overlay parse_overlay(const std::string& text) {
   for (const std::string& name : kNames) choices += (choices.empty() ? "" : ", ") + name;
   throw InputError("overlay is '" + text + "', expected one of: " + choices);
 }
+
+const std::vector<std::string>& overlay_names() { return kNames; }
 
 std::vector<double> volume_change(const Lattice& lattice, const std::vector<Vec3>& positions_mm) {
   std::vector<double> rest(lattice.num_vertices, 0.0);

@@ -16,7 +16,6 @@
 //   overlay.draw(controls, state, camera, bgr);
 #pragma once
 
-#include <array>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -31,6 +30,7 @@ enum class Overlay { kNone, kLattice, kMuscles, kVolume, kStrain };
 // "none", "lattice", "muscles", "volume", "strain". Throws InputError naming the text and the
 // choices.
 Overlay parse_overlay(const std::string& text);
+const std::vector<std::string>& overlay_names();  // in the order of Overlay
 
 // Relative change of the volume of the tissue below each surface vertex; 0 where there is none.
 std::vector<double> volume_change(const Lattice& lattice, const std::vector<Vec3>& positions_mm);

@@ -1,7 +1,6 @@
 #include "src/render/views.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
@@ -10,7 +9,7 @@
 namespace zygoma {
 namespace {
 
-const std::array<std::string, 4> kNames{"front", "three-quarter", "profile", "turntable"};
+const std::vector<std::string> kNames{"front", "three-quarter", "profile", "turntable"};
 
 double yaw_rad(View view, double turn) {
   switch (view) {
@@ -65,6 +64,8 @@ View parse_view(const std::string& text) {
   for (const std::string& name : kNames) choices += (choices.empty() ? "" : ", ") + name;
   throw InputError("view is '" + text + "', expected one of: " + choices);
 }
+
+const std::vector<std::string>& view_names() { return kNames; }
 
 const std::string& view_name(View view) { return kNames[static_cast<std::size_t>(view)]; }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "face/anatomy.h"
 #include "src/render/camera.h"
@@ -14,6 +15,7 @@ enum class View { kFront, kThreeQuarter, kProfile, kTurntable };
 // "front", "three-quarter", "profile", "turntable". Throws InputError naming the text and the
 // choices.
 View parse_view(const std::string& text);
+const std::vector<std::string>& view_names();  // in the order of View
 const std::string& view_name(View view);
 
 // Camera of a view: the head at rest from its neck to its crown, with air around. Of the
