@@ -13,6 +13,7 @@
 
 #include "face/lattice.h"
 #include "src/base/check.h"
+#include "tests/support/shape_parameters.h"
 
 namespace zygoma {
 namespace {
@@ -260,21 +261,8 @@ TEST(GenericHead, MusclesComeInMirroredPairs) {
   }
 }
 
-struct ShapeParameter {
-  double Identity::*value;
-  double low, high;
-};
-
 TEST(GenericHead, EveryShapeParameterChangesTheHeadAtBothEndsOfItsRange) {
-  const std::vector<ShapeParameter> parameters{{&Identity::face_width, 0.88, 1.14},
-                                               {&Identity::face_height, 0.90, 1.12},
-                                               {&Identity::jaw_width, 0.85, 1.18},
-                                               {&Identity::nose_length, 0.85, 1.18},
-                                               {&Identity::nose_width, 0.80, 1.30},
-                                               {&Identity::lip_fullness, 0.70, 1.45},
-                                               {&Identity::brow_height_mm, -4.0, 5.0},
-                                               {&Identity::eye_distance, 0.93, 1.08},
-                                               {&Identity::chin_length, 0.85, 1.20}};
+  const std::vector<test_support::ShapeParameter>& parameters = test_support::shape_parameters();
   const HeadOptions coarse{700, 0, 64};
   const Anatomy standard = make_generic_head({}, coarse);
   const std::size_t n = standard.surface.positions_mm.size();

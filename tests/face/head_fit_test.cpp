@@ -23,6 +23,7 @@
 #include "face/generic_head.h"
 #include "face/head_mesh.h"
 #include "face/head_shape.h"
+#include "tests/support/shape_parameters.h"
 
 namespace zygoma {
 namespace {
@@ -159,23 +160,8 @@ Similarity other_from_model(const Landmarks& model, const Landmarks& other) {
   return s;
 }
 
-struct Parameter {
-  double Identity::*value;
-  double low;
-  double high;
-};
-const std::vector<Parameter>& parameters() {
-  static const std::vector<Parameter> all{{&Identity::face_width, 0.88, 1.14},
-                                          {&Identity::face_height, 0.90, 1.12},
-                                          {&Identity::jaw_width, 0.85, 1.18},
-                                          {&Identity::nose_length, 0.85, 1.18},
-                                          {&Identity::nose_width, 0.80, 1.30},
-                                          {&Identity::lip_fullness, 0.70, 1.45},
-                                          {&Identity::brow_height_mm, -4.0, 5.0},
-                                          {&Identity::eye_distance, 0.93, 1.08},
-                                          {&Identity::chin_length, 0.85, 1.20}};
-  return all;
-}
+using test_support::shape_parameters;
+using test_support::ShapeParameter;
 
 std::vector<DomainPoint> face_mask() {
   const HeadShape shape(Identity{});
@@ -249,12 +235,12 @@ double rms_mm(const OtherHead& head, const std::vector<Vec3>& at, Fit& fit) {
 
 // One step: similarity (scale, rotation, shift) and shape together.
 void improve(const OtherHead& head, const std::vector<DomainPoint>& mask, Fit& fit) {
-  const int num_shape = static_cast<int>(parameters().size());
+  const int num_shape = static_cast<int>(shape_parameters().size());
   const int n = 7 + num_shape;
   const std::vector<Vec3> at = positions(mask, fit.identity);
   std::vector<std::vector<Vec3>> moved;
   constexpr double kStep = 0.01;
-  for (const Parameter& p : parameters()) {
+  for (const ShapeParameter& p : shape_parameters()) {
     Identity other = fit.identity;
     const double sign = other.*p.value + kStep > p.high ? -1.0 : 1.0;
     other.*p.value += sign * kStep;
@@ -284,7 +270,7 @@ void improve(const OtherHead& head, const std::vector<DomainPoint>& mask, Fit& f
   }
   // Shape stays near the ordinary where the surface does not say.
   for (int k = 0; k < num_shape; ++k) {
-    const Parameter& p = parameters()[k];
+    const ShapeParameter& p = shape_parameters()[k];
     const double loose = 1.0 / std::pow(0.25 * (p.high - p.low), 2.0);
     const Identity usual;
     normal(7 + k, 7 + k) += loose;
@@ -300,7 +286,7 @@ void improve(const OtherHead& head, const std::vector<DomainPoint>& mask, Fit& f
   }
   fit.similarity.shift += s.scale * step.segment<3>(4);
   for (int k = 0; k < num_shape; ++k) {
-    const Parameter& p = parameters()[k];
+    const ShapeParameter& p = shape_parameters()[k];
     double& value = fit.identity.*p.value;
     value = std::clamp(value + step[7 + k], p.low, p.high);
   }
@@ -383,7 +369,7 @@ TEST_P(HeadFit, ComesWithinMillimetresOfThisHead) {
   const Fit fit = fit_to(GetParam(), head);
   RecordProperty("rms_mm", std::to_string(fit.rms_mm));
   std::printf("%s: %.2f mm over %zu points;", GetParam().file.c_str(), fit.rms_mm, fit.measured);
-  for (const Parameter& p : parameters()) std::printf(" %.3g", fit.identity.*p.value);
+  for (const ShapeParameter& p : shape_parameters()) std::printf(" %.3g", fit.identity.*p.value);
   std::printf("\n");
   EXPECT_LT(fit.rms_mm, GetParam().largest_rms_mm);
   EXPECT_NO_THROW(fit.identity.check());
