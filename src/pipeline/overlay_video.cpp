@@ -6,12 +6,12 @@
 
 namespace zygoma {
 
-StageFigures write_overlay_video(const std::string& video_path,
+StageFigures write_overlay_video(const VideoSource& source,
                                  const std::vector<ContourSet>& contours,
                                  const std::string& output,
                                  StageObserver& observer,
                                  const StopQuestion& stop) {
-  VideoReader reader(video_path);
+  VideoReader reader(source);
   const VideoInfo& info = reader.info();
   VideoWriter writer(output, info.width_px, info.height_px, info.average_frames_per_s);
   observer.begin("overlay", static_cast<int>(contours.size()));
