@@ -19,7 +19,7 @@ inline constexpr size_t kNumLandmarks = 68;
 using Landmarks = std::array<Point2, kNumLandmarks>;  // px of the picture
 
 // Where the boss of the chin lies between the middle of the lower lip (0) and the tip of the chin.
-inline constexpr double kChinBossShare = 0.6;
+inline constexpr double kChinBossShare = 0.83;
 
 // Centres of the eyes, the subject's sides.
 Point2 right_eye_of(const Landmarks& landmarks);

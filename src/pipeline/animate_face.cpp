@@ -68,7 +68,7 @@ class PerformancePanel {
       cv::resize(frame_.image, panel, size_, 0.0, 0.0, how);
     }
     if (next_ < performance_.contours.size()) {
-      draw_contours(performance_.contours[next_++], scale_, panel);
+      draw_contours(performance_.contours[next_++], enlargement(scale_), {}, panel);
     }
     return panel;
   }

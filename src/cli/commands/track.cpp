@@ -61,8 +61,8 @@ class TrackCommand : public Command {
     session.stopped_early = cut_short;
     session.stages.push_back(stage_of(tracked));
     if (!no_overlay_ && !cut_short && !tracked.contours.empty()) {
-      session.stages.push_back(stage_of(write_overlay_video(
-          tracked.source, tracked.contours, folder / "overlay.mp4", context.progress, stop)));
+      session.stages.push_back(
+          stage_of(write_overlay_video(tracked, folder / "overlay.mp4", context.progress, stop)));
     }
     write_session(folder / "session.json", session);
     for (const std::string& remark : remarks(tracked)) context.progress.note(remark);
