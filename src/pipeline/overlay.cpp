@@ -91,7 +91,7 @@ void draw_contours(const ContourSet& contours,
         cv::circle(bgr, p, dot_px << kSubPixelShift, ink, cv::FILLED, cv::LINE_AA, kSubPixelShift);
       }
     };
-    stroke(rim, style.width_px + 2, style.width_px + 2);
+    stroke(rim, style.width_px + 1, style.width_px + 2);
     stroke(colour, style.width_px, style.width_px + 1);
   }
 }
