@@ -12,6 +12,7 @@
 #include "tracker/face_finder.h"
 #include "tracker/head_frame.h"
 #include "tracker/initialiser.h"
+#include "tracker/mouth_seam.h"
 #include "tracker/predictor.h"
 #include "tracker/snake.h"
 
@@ -146,6 +147,7 @@ struct Tracker::Impl {
   LipMap lips;
   Mouth mouth;
   Mouth rest;  // where it started
+  SeamCorners seam;
   std::array<double, kNumFeatures> confidence{};
   std::array<double, kNumFeatures> usual_evidence{};
   FaceChart head_anchor;
@@ -234,6 +236,7 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
   }
   at_start = contours;
   rest = mouth;
+  seam.forget();
   const Evidence evidence = make_evidence(chart, lips);
   for (size_t f = 0; f < kNumFeatures; ++f) {
     usual_evidence[f] =
@@ -394,6 +397,13 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
     for (size_t i = 0; i < model.size(); ++i) {
       target[f][i] += options.model_share * (model[i] - target[f][i]);
     }
+  }
+  join_lip_ends(target);
+  const MouthCorners corners =
+      seam.refine(chart.grey, {target[kUpperLip].front(), target[kUpperLip].back()});
+  for (const FeatureIndex f : {kUpperLip, kLowerLip}) {
+    target[f].front() = corners[kRightCorner];
+    target[f].back() = corners[kLeftCorner];
   }
   for (size_t f = 0; f < kNumFeatures; ++f) {
     std::vector<SoftAnchor> anchors(contours[f].size());
