@@ -68,12 +68,20 @@ class DarkLandscape : public ImageLandscape {
 
 class EdgeLandscape : public ImageLandscape {
  public:
-  explicit EdgeLandscape(const PotentialField& field) : field_(field) {}
-  double potential(size_t, const Point2& x) const override { return field_.potential(x); }
-  Point2 gradient(size_t, const Point2& x) const override { return field_.gradient(x); }
+  // The normal points up the wanted edge; zero: either way.
+  EdgeLandscape(const PotentialField& field, const Point2& normal)
+      : field_(field), normal_(normal), is_signed_(normal.norm() > 0.0) {}
+  double potential(size_t, const Point2& x) const override {
+    return is_signed_ ? field_.potential(x, normal_) : field_.potential(x);
+  }
+  Point2 gradient(size_t, const Point2& x) const override {
+    return is_signed_ ? field_.gradient(x, normal_) : field_.gradient(x);
+  }
 
  private:
   const PotentialField& field_;
+  Point2 normal_;
+  bool is_signed_;
 };
 
 struct Case {
@@ -82,8 +90,10 @@ struct Case {
   cv::Mat grey;
   double sigma = 1.0;
   bool dark = false;
-  cv::Rect region;  // of the landscape
-  Line start;       // of both
+  Point2 normal = Point2::Zero();  // that ours knows the edge has
+  cv::Rect region;                 // of the landscape
+  Line start;                      // of both
+  double rest_share = 1.0;  // rest lengths of ours over those of its start: less pulls it together
   int num_nodes = 0;
   SnakeOptions options;
   std::vector<std::string> peer_options;
@@ -154,7 +164,8 @@ std::vector<Case> documented_cases(const std::string& folder) {
     text.start.emplace_back(5.0 + 419.0 * i / 99.0, 136.0 - 86.0 * i / 99.0);
   }
   text.num_nodes = 50;
-  text.options = {.tension = 0.02, .rigidity = 0.02, .max_iterations = 400};
+  text.options = {.tension = 0.05, .rigidity = 0.5, .image_weight = 3.0, .max_iterations = 300};
+  text.options.tolerance_px = 0.02;
   text.peer_options = {
       "dict(boundary_condition='fixed', alpha=0.1, beta=1.0, w_line=-5, w_edge=0, gamma=0.1)"};
   std::vector<Case> cases{face, text};
@@ -200,6 +211,7 @@ std::vector<Case> performer_cases(const std::string& folder) {
         cv::Rect(cv::Point(static_cast<int>(box.x) - 12, static_cast<int>(box.y) - 12),
                  cv::Point(static_cast<int>(box.br().x) + 12, static_cast<int>(box.br().y) + 12));
     c.options.rigidity = 0.05;
+    c.normal = {0.0, c.name == "lower_lip" ? 1.0 : -1.0};
     for (const char* more : {"", "alpha=0.01, beta=1, ", "alpha=0.1, beta=0.1, "}) {
       c.peer_options.push_back(std::string("dict(") + more + "boundary_condition='free')");
     }
@@ -211,10 +223,13 @@ std::vector<Case> performer_cases(const std::string& folder) {
 void relax_ours(const Case& c, Run& run) {
   const Line nodes = resample(c.start, c.num_nodes + (c.name == "astronaut" ? 1 : 0));
   Line chain(nodes.begin(), nodes.begin() + c.num_nodes);
+  Line at_rest = chain;
+  for (Point2& p : at_rest) p *= c.rest_share;
   Line ours;
   const auto relax = [&](const ImageLandscape& landscape) {
     run.relax_ms.push_back(bench::ms_per_call([&] {
-      Snake snake(chain, c.options);
+      Snake snake(at_rest, c.options);
+      snake.set_nodes(chain);
       if (c.dark) {
         // As its example: the ends stay.
         std::vector<SoftAnchor> ends(chain.size());
@@ -234,7 +249,7 @@ void relax_ours(const Case& c, Run& run) {
     run.field_ms.push_back(
         bench::ms_per_call([&] { PotentialField(c.grey, c.region, {c.sigma}); }));
     const PotentialField field(c.grey, c.region, {c.sigma});
-    relax(EdgeLandscape(field));
+    relax(EdgeLandscape(field, c.normal));
   }
   if (c.name == "astronaut") ours.push_back(ours.front());
   run.ours = ours;

@@ -397,6 +397,130 @@ TEST(LandmarkModel, FacemarkFindsEyesAndStartsTheTrack) {
   EXPECT_NE(refusal(folder.write("fewer.yaml", fewer)).find("68 landmarks"), std::string::npos);
 }
 
+// A network in the form of YuNet (an ONNX file, written field by field) that sees one face wherever
+// it looks: three outputs of fixed values, joined to the picture by weights of zero.
+class FixedYunet {
+ public:
+  // Anchors of a picture of 320x320, of which a smaller one uses the first. The face is that of
+  // anchor `seen`; its box and points are given as the network gives them.
+  FixedYunet(int seen, const std::vector<float>& box_and_points) {
+    std::vector<float> places(kAnchors * 14, 0.0f);
+    std::vector<float> scores(kAnchors * 2, 0.0f);
+    std::copy(box_and_points.begin(), box_and_points.end(), places.begin() + seen * 14);
+    scores[static_cast<size_t>(seen) * 2 + 1] = 0.95f;
+    add_node({"picture"}, {"mean"}, "GlobalAveragePool");
+    add_output("loc", places, 14);
+    add_output("conf", scores, 2);
+    add_output("iou", std::vector<float>(kAnchors, 1.0f), 1);
+    text(graph_, 2, "yunet");
+    text(graph_, 11, tensor_type("picture", {1, 3, 320, 320}));
+  }
+
+  std::string bytes() const {
+    std::string opset, model;
+    integer(opset, 2, 11);
+    integer(model, 1, 6);
+    text(model, 7, graph_);
+    text(model, 8, opset);
+    return model;
+  }
+
+ private:
+  static constexpr int kAnchors = 5875;
+
+  static void varint(std::string& out, std::uint64_t value) {
+    for (; value >= 128; value >>= 7) out += static_cast<char>(value % 128 + 128);
+    out += static_cast<char>(value);
+  }
+  static void integer(std::string& out, int field, std::uint64_t value) {
+    varint(out, static_cast<std::uint64_t>(field) << 3);
+    varint(out, value);
+  }
+  static void text(std::string& out, int field, const std::string& bytes) {
+    varint(out, (static_cast<std::uint64_t>(field) << 3) + 2);
+    varint(out, bytes.size());
+    out += bytes;
+  }
+  static std::string tensor_type(const std::string& name, const std::vector<int>& sizes) {
+    std::string shape, tensor, type, info;
+    for (const int size : sizes) {
+      std::string dimension;
+      integer(dimension, 1, static_cast<std::uint64_t>(size));
+      text(shape, 1, dimension);
+    }
+    integer(tensor, 1, 1);  // float
+    text(tensor, 2, shape);
+    text(type, 1, tensor);
+    text(info, 1, name);
+    text(info, 2, type);
+    return info;
+  }
+  void add_constant(const std::string& name,
+                    const std::vector<int>& sizes,
+                    int type,
+                    const void* data,
+                    size_t num_bytes) {
+    std::string tensor;
+    for (const int size : sizes) integer(tensor, 1, static_cast<std::uint64_t>(size));
+    integer(tensor, 2, static_cast<std::uint64_t>(type));
+    text(tensor, 8, name);
+    text(tensor, 9, std::string(static_cast<const char*>(data), num_bytes));
+    text(graph_, 5, tensor);
+  }
+  void add_node(const std::vector<std::string>& inputs,
+                const std::vector<std::string>& outputs,
+                const std::string& kind) {
+    std::string node;
+    for (const std::string& name : inputs) text(node, 1, name);
+    for (const std::string& name : outputs) text(node, 2, name);
+    text(node, 3, outputs[0]);
+    text(node, 4, kind);
+    text(graph_, 1, node);
+  }
+  void add_output(const std::string& name, const std::vector<float>& values, int columns) {
+    const int count = static_cast<int>(values.size());
+    const std::vector<float> zeros(values.size() * 3, 0.0f);
+    const std::int64_t shape[] = {kAnchors, columns};
+    constexpr int kFloat = 1, kInteger = 7;
+    add_constant(name + "_weights", {count, 3, 1, 1}, kFloat, zeros.data(), 4 * zeros.size());
+    add_constant(name + "_values", {count}, kFloat, values.data(), 4 * values.size());
+    add_constant(name + "_shape", {2}, kInteger, shape, sizeof shape);
+    add_node({"mean", name + "_weights", name + "_values"}, {name + "_flat"}, "Conv");
+    add_node({name + "_flat", name + "_shape"}, {name}, "Reshape");
+    text(graph_, 12, tensor_type(name, {kAnchors, columns}));
+  }
+
+  std::string graph_;
+};
+
+TEST(LandmarkModel, YunetGivesTheEyesInPixelsOfThePicture) {
+  const ScratchFolder folder;
+  // The first anchor of the 21st cell of the 11th row of a map 40 cells wide: centre (164, 84), 10
+  // px wide. Offsets are tenths of that; sizes are exponents of a fifth.
+  const int seen = (10 * 40 + 20) * 3;
+  std::vector<float> face(14, 0.0f);
+  face[2] = face[3] = 5.0f * std::log(6.0f);  // 60 px wide
+  face[4] = -15.0f;                           // right eye: 15 px to the left ...
+  face[5] = -8.0f;                            // ... and 8 up
+  face[6] = 17.0f;
+  face[7] = -7.0f;
+  const std::string model = folder.write("model.onnx", FixedYunet(seen, face).bytes());
+  const auto finder = make_face_finder("/no/cascades/needed", model);
+  for (const double enlarged : {1.0, 2.0}) {
+    const cv::Size size(static_cast<int>(320 * enlarged), static_cast<int>(240 * enlarged));
+    const std::optional<FaceEyes> eyes = finder->find(cv::Mat(size, CV_8UC3, cv::Scalar::all(9)));
+    ASSERT_TRUE(eyes) << enlarged;
+    EXPECT_TRUE(eyes->both_seen && !eyes->landmarks);
+    EXPECT_LT((eyes->right_px - enlarged * Point2(149.0, 76.0)).norm(), 1.5 * enlarged);
+    EXPECT_LT((eyes->left_px - enlarged * Point2(181.0, 77.0)).norm(), 1.5 * enlarged);
+  }
+  // One whose eyes coincide is no face.
+  face[4] = face[6];
+  face[5] = face[7];
+  const std::string blind = folder.write("blind.onnx", FixedYunet(seen, face).bytes());
+  EXPECT_FALSE(make_face_finder({}, blind)->find(cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(9))));
+}
+
 TEST(LandmarkModel, OthersAreRefusedInOneLine) {
   const ScratchFolder folder;
   const std::string clip =

@@ -35,7 +35,7 @@ class RunCommand : public Command {
            "in one";
   }
   std::string details() const override {
-    return "Writes into the folder: contours.csv (the nine contours in every frame, pixels), "
+    return "Writes into the folder: contours.csv (the contours in every frame, pixels), "
            "contractions.csv (muscles and jaw in every frame, 0 to 1), reconstruction.mp4 (the "
            "video with its contours, the animated face, a bar per muscle) and session.json "
            "(options, versions, times).";

@@ -1,4 +1,5 @@
-// zygoma track: a video in, the nine contours of every frame out.
+// zygoma track: pictures in, the contours of every frame out.
+#include <charconv>
 #include <ostream>
 
 #include "src/base/check.h"
@@ -12,17 +13,20 @@
 namespace zygoma {
 namespace {
 
+constexpr int kLastCamera = 255;
+
 class TrackCommand : public Command {
  public:
   std::string name() const override { return "track"; }
   std::string help() const override {
-    return "follow the nine contours of the face through a video";
+    return "follow the contours of the face through a video, numbered pictures or a camera";
   }
   std::string details() const override {
     return "Writes into the folder: contours.csv (frame, time, contour, node, pixels, confidence), "
-           "overlay.mp4 (the video with the contours drawn in) and session.json (options, "
-           "versions, times). Pictures that come only once, from a camera or a pipe, are kept in "
-           "recording.mp4; a camera is followed until Ctrl-C or for --duration seconds.";
+           "overlay.mp4 (the video with its contours, brows and mouth close with the head held "
+           "still, confidence over time) and session.json (options, versions, times). Pictures "
+           "that come only once, from a camera or a pipe, are kept in recording.mp4; a camera is "
+           "followed until Ctrl-C or for --duration seconds.";
   }
   std::string example() const override { return "clip.mp4 -o result"; }
   int rank() const override { return 2; }
@@ -33,10 +37,10 @@ class TrackCommand : public Command {
                                 "frames/%04d.png, showing a face from the front");
     options.text("-o,--output", folder_, "FOLDER", "where the results go; made if missing");
     options.flag("--no-overlay", no_overlay_, "leave out overlay.mp4");
-    options.integer("--camera",
-                    camera_,
-                    {-1, 255},
-                    "follow the camera /dev/videoN live instead of a video; -1 = no camera");
+    options.text("--camera",
+                 camera_,
+                 "N",
+                 "follow the camera /dev/videoN live, instead of a video, until Ctrl-C");
     options.text("--camera-size", camera_size_, "WxH", "pictures asked of it, such as 640x480");
     options.number(
         "--duration", duration_s_, {0.0, 86400.0}, "end after so many seconds; 0 = never");
@@ -73,7 +77,7 @@ class TrackCommand : public Command {
 
  private:
   VideoSource chosen_source() const {
-    if (camera_ < 0) {
+    if (camera_.empty()) {
       require(!video_path_.empty(),
               "no video given, expected a file, numbered pictures such as frames/%04d.png, or "
               "--camera N");
@@ -82,13 +86,22 @@ class TrackCommand : public Command {
     }
     require(video_path_.empty(),
             "--camera: a video is given too (" + video_path_ + "), expected one of them");
-    VideoSource camera = camera_source(camera_);
+    VideoSource camera = camera_source(camera_number());
     camera.frames_per_s = tracking_.source("").frames_per_s;
     camera.camera_size = camera_size_;
     return camera;
   }
 
-  int camera_ = -1;
+  int camera_number() const {
+    int number = -1;
+    const char* end = camera_.data() + camera_.size();
+    const auto read = std::from_chars(camera_.data(), end, number);
+    require(read.ec == std::errc() && read.ptr == end && number >= 0 && number <= kLastCamera,
+            "--camera: '" + camera_ + "', expected the number of a camera, as 0 in /dev/video0");
+    return number;
+  }
+
+  std::string camera_;  // its number
   std::string camera_size_;
   double duration_s_ = 0.0;
   std::string video_path_;
