@@ -475,6 +475,14 @@ class FixedYunet {
     for (const std::string& name : outputs) text(node, 2, name);
     text(node, 3, outputs[0]);
     text(node, 4, kind);
+    if (kind == "Conv") {
+      constexpr int kIntegers = 7;
+      std::string kernel;
+      text(kernel, 1, "kernel_shape");
+      for (int axis = 0; axis < 2; ++axis) integer(kernel, 8, 1);
+      integer(kernel, 20, kIntegers);
+      text(node, 5, kernel);
+    }
     text(graph_, 1, node);
   }
   void add_output(const std::string& name, const std::vector<float>& values, int columns) {
