@@ -17,23 +17,23 @@
 
 namespace zygoma {
 
-inline constexpr int kNumContours = static_cast<int>(kFeatureSchema.size());
+inline constexpr int kNumContours = static_cast<int>(kContours1992.size());
 
 // First node of each contour in the stack; the last entry is the number of nodes.
 inline constexpr std::array<int, kNumContours + 1> kNodeBegin = [] {
   std::array<int, kNumContours + 1> begin{};
   for (int i = 0; i < kNumContours; ++i) {
     begin[static_cast<std::size_t>(i) + 1] =
-        begin[static_cast<std::size_t>(i)] + kFeatureSchema[static_cast<std::size_t>(i)].num_nodes;
+        begin[static_cast<std::size_t>(i)] + kContours1992[static_cast<std::size_t>(i)].num_nodes;
   }
   return begin;
 }();
 inline constexpr int kNumNodes = kNodeBegin[kNumContours];
 
-// Index in the schema; a name that is not in the schema does not compile in constant expressions.
+// Place among these contours; -1 for any other name.
 constexpr int contour_index(std::string_view name) {
-  for (std::size_t i = 0; i < kFeatureSchema.size(); ++i) {
-    if (kFeatureSchema[i].name == name) return static_cast<int>(i);
+  for (int i = 0; i < kNumContours; ++i) {
+    if (kContours1992[static_cast<std::size_t>(i)].name == name) return i;
   }
   return -1;
 }

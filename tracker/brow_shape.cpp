@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kSlideShare = 0.3;  // of the flow along the brow that is believed
 constexpr double kFarthestSlide = 2.5;
-constexpr double kTiltRidge = 0.3;   // nodes' worth
+constexpr double kTiltRidge = 0.3;  // nodes' worth
 constexpr double kBendRidge = 1.0;
 
 // Height of the polyline at x, the nodes running either way; its end pieces go on straight.

@@ -14,8 +14,8 @@
 
 namespace zygoma {
 
-// `relaxed` on the motions of `at_start` (same number of nodes); `slide_px` is how far flow says the
-// brow went along x. Chart px.
+// `relaxed` on the motions of `at_start` (same number of nodes); `slide_px` is how far flow says
+// the brow went along x. Chart px.
 std::vector<Point2> as_brow_motion(const std::vector<Point2>& relaxed,
                                    const std::vector<Point2>& at_start,
                                    double slide_px);

@@ -134,6 +134,8 @@ ContourLandscape::ContourLandscape(const Evidence& evidence,
     case kBrowLeft:
     case kBrowRight:
     case kNoseTip:
+    case kEyelidLeft:
+    case kEyelidRight:
       terms_[0] = {&evidence.fine, 1.0, -1.0};
       break;
     case kUpperLip:

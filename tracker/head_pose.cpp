@@ -11,13 +11,13 @@ namespace zygoma {
 namespace {
 
 constexpr int kRounds = 6;
-constexpr double kNoise = 0.25;         // chart px: smaller errors all count as good
-constexpr double kTukey = 4.0;          // of the robust spread
-constexpr double kUsualYaw = 0.4;       // rad, spread of the prior
+constexpr double kNoise = 0.25;    // chart px: smaller errors all count as good
+constexpr double kTukey = 4.0;     // of the robust spread
+constexpr double kUsualYaw = 0.4;  // rad, spread of the prior
 // Lids, nostrils and the tip of the nose go up and down with the expression as well, so pitch is
 // believed about half: the prior weighs as much as the points do, chart px^2 per rad^2.
 constexpr double kPitchDoubt = 2000.0;
-constexpr double kFarthestTurn = 0.7;   // rad: beyond it half of the face is hidden
+constexpr double kFarthestTurn = 0.7;  // rad: beyond it half of the face is hidden
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;

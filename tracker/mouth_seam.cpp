@@ -7,14 +7,14 @@
 namespace zygoma {
 namespace {
 
-constexpr int kReach = 44;       // chart px from within the mouth outwards
-constexpr int kInside = 20;      // chart px within the corner where the walk begins
-constexpr int kBefore = 2;       // chart px before its end the seam's height is read
-constexpr int kStep = 10;        // chart px on either side of the step
-constexpr int kAcross = 4;       // chart px of the second difference
-constexpr int kHeight = 24;      // chart px of the picture above and below the corners
-constexpr int kSeamSearch = 6;   // chart px above and below, where the walk begins
-constexpr double kStay = 0.02;   // of the seam's strength, per chart px away from the corner
+constexpr int kReach = 44;        // chart px from within the mouth outwards
+constexpr int kInside = 20;       // chart px within the corner where the walk begins
+constexpr int kBefore = 2;        // chart px before its end the seam's height is read
+constexpr int kStep = 10;         // chart px on either side of the step
+constexpr int kAcross = 4;        // chart px of the second difference
+constexpr int kHeight = 24;       // chart px of the picture above and below the corners
+constexpr int kSeamSearch = 6;    // chart px above and below, where the walk begins
+constexpr double kStay = 0.02;    // of the seam's strength, per chart px away from the corner
 constexpr double kOutlier = 5.0;  // chart px of disagreement beyond which the seam is doubted
 constexpr double kShare = 0.6;    // of the seam's word
 constexpr int kMemory = 100;      // frames

@@ -28,6 +28,7 @@ const std::array<cv::Rect, kNumParts> kPartBox{cv::Rect(20, 58, 153, 44),
 
 constexpr double kStill = 0.02;             // chart px: below it the head has not moved
 constexpr double kLeastEyeDistance = 12.0;  // px
+constexpr double kLidShare = 0.8;           // of the model of the lid, the rest is flow
 constexpr double kChinFollowsLip = 0.8;     // share of the lower lip's motion
 constexpr double kFurrowPull = 0.2;         // per frame, at the lower end
 constexpr double kClearEdge = 0.25;    // evidence, of which one is the strongest edges of the face
@@ -177,7 +178,8 @@ struct Tracker::Impl {
   ContourNodes at_start;  // where the contours were placed
   LipMap lips;
   Mouth mouth;
-  Mouth rest;  // where it started
+  Mouth rest;               // where it started
+  std::array<Lid, 2> lids;  // left, right
   SeamCorners seam;
   ChinPatch chin_patch;
   std::array<double, kNumFeatures> confidence{};
@@ -285,7 +287,11 @@ void Tracker::Impl::look_again(const Frame& frame) {
 }
 
 void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& given_nodes) {
-  contours = place_contours(chart, lips, mouth);
+  PlacedFace placed = place_contours(chart);
+  contours = placed.contours;
+  lips = placed.lips;
+  mouth = placed.mouth;
+  lids = {placed.left_lid, placed.right_lid};
   for (size_t f = 0; f < kNumFeatures; ++f) {
     if (!given_nodes[f].empty()) contours[f] = given_nodes[f];
   }
@@ -467,12 +473,23 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
     target[f].front() = corners[kRightCorner];
     target[f].back() = corners[kLeftCorner];
   }
+  for (const FeatureIndex f : {kEyelidLeft, kEyelidRight}) {
+    Lid& lid = lids[f == kEyelidLeft ? 0 : 1];
+    lid = follow_lid(evidence, lid, turn);
+    const std::vector<Point2> model = lid_nodes(lid, turn);
+    for (size_t i = 0; i < model.size(); ++i) {
+      target[f][i] += kLidShare * (model[i] - target[f][i]);
+    }
+  }
   for (size_t f = 0; f < kNumFeatures; ++f) {
     std::vector<SoftAnchor> anchors(contours[f].size());
     for (size_t i = 0; i < anchors.size(); ++i) {
       const bool corner = (f == kUpperLip || f == kLowerLip) && (i == 0 || i + 1 == anchors.size());
       anchors[i].target = target[f][i];
-      anchors[i].weight = options.flow_hold * (0.1 + quality[f][i]) * (corner ? 4.0 : f == kChinBoss ? 10.0 : 1.0);
+      anchors[i].weight = options.flow_hold * (0.1 + quality[f][i]) *
+                          (corner           ? 4.0
+                           : f == kChinBoss ? 10.0
+                                            : 1.0);
     }
     const ContourLandscape landscape(evidence, static_cast<FeatureIndex>(f), target[f]);
     Snake snake(target[f], snake_options(static_cast<FeatureIndex>(f)));
@@ -489,6 +506,9 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
     const auto median = slides.begin() + static_cast<std::ptrdiff_t>(slides.size() / 2);
     std::nth_element(slides.begin(), median, slides.end());
     contours[f] = as_brow_motion(contours[f], unmoved, *median);
+  }
+  for (const FeatureIndex f : {kEyelidLeft, kEyelidRight}) {
+    contours[f] = as_brow_motion(contours[f], lid_nodes(lids[f == kEyelidLeft ? 0 : 1], turn), 0.0);
   }
   contours[kChinBoss] =
       shifted(at_start[kChinBoss], middle_of(contours[kChinBoss]) - middle_of(at_start[kChinBoss]));
