@@ -21,6 +21,8 @@ const std::vector<Line>& lines() {
       {"upper_lip", {48, 49, 50, 51, 52, 53, 54}},
       {"lower_lip", {48, 59, 58, 57, 56, 55, 54}},
       {"chin_boss", {7, 8, 9}},
+      {"eyelid_left", {42, 43, 44, 45}},
+      {"eyelid_right", {39, 38, 37, 36}},
   };
   return all;
 }
@@ -29,6 +31,30 @@ Point2 middle_of(const Landmarks& landmarks, size_t first, size_t last) {
   Point2 sum = Point2::Zero();
   for (size_t i = first; i <= last; ++i) sum += landmarks[i];
   return sum / static_cast<double>(last - first + 1);
+}
+
+// The landmarks are far apart on arcs that are round: a curve through them (Catmull and Rom's), of
+// which the chords would cut the tops off. Ends continue straight.
+std::vector<Point2> rounded(const std::vector<Point2>& points) {
+  constexpr int kSteps = 6;
+  const int n = static_cast<int>(points.size());
+  const auto at = [&](int i) -> Point2 {
+    if (i < 0) return 2.0 * points[0] - points[1];
+    if (i >= n) return 2.0 * points[n - 1] - points[n - 2];
+    return points[i];
+  };
+  std::vector<Point2> curve;
+  for (int i = 0; i + 1 < n; ++i) {
+    const Point2 p0 = at(i - 1), p1 = at(i), p2 = at(i + 1), p3 = at(i + 2);
+    for (int k = 0; k < kSteps; ++k) {
+      const double t = static_cast<double>(k) / kSteps;
+      curve.push_back(p1 + 0.5 * t *
+                               ((p2 - p0) + t * ((2.0 * p0 - 5.0 * p1 + 4.0 * p2 - p3) +
+                                                 t * (3.0 * (p1 - p2) + p3 - p0))));
+    }
+  }
+  curve.push_back(points.back());
+  return curve;
 }
 
 }  // namespace
@@ -48,7 +74,7 @@ ContourSet contours_from_landmarks(const Landmarks& landmarks) {
       if (feature.name == "chin_boss") {
         for (Point2& p : points) p -= (1.0 - kChinBossShare) * lip_to_tip;
       }
-      contour.points_px = resample(points, feature.num_nodes);
+      contour.points_px = resample(rounded(points), feature.num_nodes);
       contour.confidence = 1.0;
     }
     set.contours.push_back(std::move(contour));

@@ -4,7 +4,8 @@
 //   inner to outer   27-30 bridge of the nose, 31-35 its base   36-41 right eye, 42-47 left eye
 //   48-59 outer lips, from the right corner over the upper lip   60-67 inner lips
 //
-// Brows are marked along their upper edges and lips along their outer borders, as our contours are.
+// Brows are marked along their upper edges, lips along their outer borders and upper lids along
+// their margins, as our contours are.
 // The boss of the chin is not marked; it lies between the lower lip and the tip of the chin (8).
 // Nothing marks furrows and hairline.
 #pragma once

@@ -52,6 +52,7 @@ Landmarks landmarks_of(const ContourSet& truth) {
   Landmarks out;
   out.fill(place.apply(chart_point(0.0, 0.3)));
   const auto put = [&](const char* name, const std::vector<size_t>& at) {
+    if (truth.visible(name) == nullptr) return;
     const std::vector<Point2> points =
         resample(truth.visible(name)->points_px, static_cast<int>(at.size()));
     for (size_t i = 0; i < at.size(); ++i) out[at[i]] = points[i];
@@ -72,6 +73,8 @@ Landmarks landmarks_of(const ContourSet& truth) {
     out[36 + i] = place.apply(chart_point(-0.5 + around.x(), around.y()));
     out[42 + i] = place.apply(chart_point(0.5 + around.x(), around.y()));
   }
+  put("eyelid_left", {42, 43, 44, 45});
+  put("eyelid_right", {39, 38, 37, 36});
   return out;
 }
 

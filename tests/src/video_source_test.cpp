@@ -98,7 +98,7 @@ TEST(VideoFile, KeepsItsOwnTime) {
   expect_words(refusal(source), {"clip.mp4", "has time stamps of its own"});
 }
 
-TEST(Camera, IsRefusedWithAReasonWhereThereIsNone) {
+TEST(LiveCamera, IsRefusedWithAReasonWhereThereIsNone) {
   const ScratchFolder folder;
   VideoSource camera = camera_source(250);
   EXPECT_EQ(camera.path, "/dev/video250");
