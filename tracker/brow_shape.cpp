@@ -7,8 +7,8 @@
 namespace zygoma {
 namespace {
 
-constexpr double kSlideShare = 0.3;  // of the flow along the brow that is believed
-constexpr double kFarthestSlide = 2.5;
+constexpr double kSlideShare = 0.8;  // of the flow along the brow that is believed
+constexpr double kFarthestSlide = 3.0;
 constexpr double kTiltRidge = 0.3;  // nodes' worth
 constexpr double kBendRidge = 1.0;
 

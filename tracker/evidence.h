@@ -3,7 +3,7 @@
 //   brow      upper edge of a dark band: brightness falls downwards
 //   upper lip outer border: the lip map (lip_map.h) rises downwards, brightness falls
 //   lower lip outer border: the lip map falls downwards, brightness rises
-//   nose tip  base of the nose: brightness falls downwards (nostrils and their shadow)
+//   nose tip  base of the nose: brightness rises downwards, from the nostrils to the lip
 //   chin      the broad shading edge below the chin, at a large scale: brightness falls downwards
 //   furrow    any edge, weakly; at rest there is often none and flow alone carries it
 //   hairline  the strongest edge between skin and hair, either sign

@@ -49,7 +49,7 @@ std::vector<Point2> hairline(const std::vector<double>& p) {
 // From beside the wing of the nose to beside the corner of the mouth.
 std::vector<Point2> furrow(const Point2& wing, const Point2& corner, double side) {
   const Point2 out{side * kChartEyeDistance, 0.0};
-  const Point2 top = wing + 0.07 * out;
+  const Point2 top = wing + 0.07 * out - Point2(0.0, 0.12 * kChartEyeDistance);
   const Point2 bottom = corner + 0.12 * out;
   std::vector<Point2> nodes;
   for (int i = 0; i < 9; ++i) {
