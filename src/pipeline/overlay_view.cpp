@@ -13,11 +13,11 @@
 namespace zygoma {
 namespace {
 
-constexpr int kHeight_px = 720;
+constexpr int kHeight_px = 768;
 constexpr int kSide_px = 640;  // width of the close-ups
 constexpr int kMargin_px = 8;
 constexpr int kTitle_px = 22;          // a line of text above each part
-constexpr int kMouth_px = 334;         // height
+constexpr int kMouth_px = 382;         // height
 constexpr int kBrow_px = 244;          // height
 constexpr int kLargestVideo_px = 960;  // width
 constexpr int kSmallestVideo_px = 480;
@@ -26,7 +26,7 @@ constexpr int kNames_px = 92;  // beside the strip
 
 // What the close-ups show, eye distances about the eye middle; heights follow from the panels.
 constexpr double kBrowX = 0.56, kBrowY = -0.27, kBrowWidth = 1.06;
-constexpr double kMouthX = 0.0, kMouthY = 1.25, kMouthWidth = 1.85;
+constexpr double kMouthX = 0.0, kMouthY = 1.335, kMouthWidth = 2.0;
 
 const cv::Scalar kPaper(38, 35, 32);
 const cv::Scalar kEmpty(58, 54, 50);

@@ -129,7 +129,7 @@ TEST(OverlayView, TakesVideosOfAnyShape) {
   for (const cv::Size size : {cv::Size(1920, 1080), cv::Size(90, 640), cv::Size(640, 17)}) {
     OverlayView view(size, track.contours, track.heads);
     const cv::Mat& drawn = view.draw(0, cv::Mat(size, CV_8UC3, cv::Scalar::all(90)));
-    EXPECT_EQ(drawn.rows, 720);
+    EXPECT_EQ(drawn.rows, 768);
     EXPECT_LE(drawn.cols, 1640);
   }
 }
