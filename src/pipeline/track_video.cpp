@@ -92,7 +92,8 @@ TrackedVideo track_video(const VideoSource& source,
         limits.recording, info.width_px, info.height_px, info.average_frames_per_s, encoding);
     result.source = limits.recording;
   }
-  observer.begin("track", about_num_frames(info, limits));
+  observer.begin(source.is_camera ? "track (Ctrl-C ends it)" : "track",
+                 about_num_frames(info, limits));
   const Stopwatch watch;
   bool limit_reached = false;
   {
