@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <future>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <thread>
@@ -131,6 +132,14 @@ std::string write_performer(const ScratchFolder& folder) {
   return path;
 }
 
+int num_pictures(const std::string& video) {
+  VideoReader reader(video);
+  Frame frame;
+  int count = 0;
+  while (reader.read(frame)) ++count;
+  return count;
+}
+
 // What comes only once is tracked exactly as a file is, and kept.
 TEST(Pipe, IsTrackedLikeTheFileAndRecorded) {
   const ScratchFolder folder;
@@ -146,17 +155,42 @@ TEST(Pipe, IsTrackedLikeTheFileAndRecorded) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_EQ(bytes_of(folder / "once/contours.csv"), bytes_of(folder / "file/contours.csv"));
   for (const char* name : {"once/recording.mp4", "once/overlay.mp4"}) {
-    VideoReader reader(folder / name);
-    Frame frame;
-    int count = 0;
-    while (reader.read(frame)) ++count;
-    EXPECT_EQ(count, 24) << name;
+    EXPECT_EQ(num_pictures(folder / name), 24) << name;
   }
   EXPECT_FALSE(std::filesystem::exists(folder / "file/recording.mp4"));
 
   const Outcome refused = run_program(folder, {"run", pipe, "-o", folder / "run"});
   EXPECT_EQ(refused.code, 2);
   EXPECT_NE(refused.err.find("can be read once only"), std::string::npos) << refused.err;
+}
+
+// A live source that is stopped: what was tracked until then is there, picture by picture.
+TEST(Pipe, KeepsWhatItHasWhenStopped) {
+  std::signal(SIGPIPE, SIG_IGN);  // the program leaves while it is still being fed
+  const ScratchFolder folder;
+  const std::string bytes = bytes_of(write_performer(folder));
+  const std::string pipe = folder / "pipe.mp4";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  RunningProgram program(folder, {"track", pipe, "-o", folder / "out"});
+  std::promise<void> stopped;
+  std::thread feeder([&] {
+    std::ofstream live(pipe, std::ios::binary);
+    const auto most = static_cast<std::streamsize>(bytes.size() * 2 / 3);
+    live.write(bytes.data(), most).flush();
+    stopped.get_future().wait();
+    live.write(bytes.data() + most, static_cast<std::streamsize>(bytes.size()) - most).flush();
+  });
+  program.wait_for(folder / "out/recording.mp4.part");
+  program.press_ctrl_c();
+  stopped.set_value();
+  const Outcome outcome = program.finish();
+  feeder.join();
+  EXPECT_EQ(outcome.code, 130) << outcome.err;
+  const auto num_frames = static_cast<int>(read_contours_csv(folder / "out/contours.csv").size());
+  EXPECT_GT(num_frames, 0);
+  EXPECT_LT(num_frames, 24);
+  EXPECT_EQ(num_pictures(folder / "out/recording.mp4"), num_frames);
+  EXPECT_FALSE(std::filesystem::exists(folder / "out/overlay.mp4"));
 }
 
 TEST(TrackCommand, EndsAfterItsDuration) {
