@@ -164,7 +164,7 @@ struct Tracker::Impl {
 
   TrackerOptions options;
   TrackReport report;
-  std::unique_ptr<FaceFinder> finder;
+  std::shared_ptr<FaceFinder> finder;
   std::optional<ContourSet> given;  // by start_from, for the next frame
   std::optional<ContourSet> prior;  // by set_prior, for the next frame
 
@@ -314,6 +314,7 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
   sharpness = sharpness_of(chart);
   age = 0;
   coasted = 0;
+  report.started = true;
 }
 
 // Takes the head's motion off: on return `chart` shows the face where the last chart showed it.
@@ -620,6 +621,17 @@ ContourSet Tracker::track(const Frame& frame) {
 }
 
 const TrackReport& Tracker::report() const { return impl_->report; }
+
+Tracker Tracker::looking_back() const {
+  Tracker copy;
+  *copy.impl_ = *impl_;
+  Impl& impl = *copy.impl_;
+  impl.given.reset();
+  impl.started_by_hand = true;  // nothing is to be mended in its first second
+  for (auto& list : impl.keyframes) list.clear();
+  if (impl.tracking) impl.remember(impl.last);
+  return copy;
+}
 
 const Similarity* Tracker::head() const {
   return impl_->tracking ? &impl_->last.image_from_chart : nullptr;

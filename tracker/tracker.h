@@ -41,6 +41,7 @@ struct TrackerOptions {
 // How the last frame went; data, never an exception.
 struct TrackReport {
   bool face_found = false;
+  bool started = false;      // all contours were placed anew
   int num_lost = 0;          // contours without a position in this frame
   int relax_iterations = 0;  // summed over contours
 };
@@ -64,6 +65,10 @@ class Tracker {
   ContourSet track(const Frame& frame);
 
   const TrackReport& report() const;
+
+  // A tracker in the same state that has forgotten all looks but the last: to follow the frames in
+  // reverse.
+  Tracker looking_back() const;
 
   // Where the face was in the last frame, image from chart; null if it was not found.
   const Similarity* head() const;

@@ -29,6 +29,12 @@ void TrackingOptions::declare(OptionSink& options) {
                  {"start", "prior"},
                  "start: they replace the automatic start and find the face again; prior: in every "
                  "frame contours are also drawn to them, and the picture refines");
+  options.choice("--second-look",
+                 second_look_,
+                 {"start", "all", "none"},
+                 "what is followed once more, backwards, and blended: the first second, in which the "
+                 "tracker still learns; the whole clip, which takes twice the time; or nothing, as "
+                 "live");
   options.text(
       "--corrections",
       corrections_path_,
@@ -54,7 +60,10 @@ VideoSource TrackingOptions::source(const std::string& video_path) const {
 
 TrackedVideo TrackingOptions::track(const VideoSource& source,
                                     RunContext& context,
-                                    const TrackLimits& limits) const {
+                                    TrackLimits limits) const {
+  if (second_look_ != "start") {
+    limits.second_looks = second_look_ == "all" ? SecondLooks::kAll : SecondLooks::kNone;
+  }
   TrackGuidance guidance;
   if (!init_path_.empty()) guidance.initial = read_initial_contours(init_path_);
   LandmarkTrack landmarks;

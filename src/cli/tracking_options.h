@@ -19,7 +19,7 @@ class TrackingOptions {
   // Tracks the video; throws InputError when no frame of it shows a face.
   TrackedVideo track(const VideoSource& source,
                      RunContext& context,
-                     const TrackLimits& limits = {}) const;
+                     TrackLimits limits = {}) const;
 
  private:
   double frames_per_s_ = 0.0;
@@ -27,6 +27,7 @@ class TrackingOptions {
   std::string init_path_;
   std::string landmarks_path_;
   std::string landmarks_as_ = "start";
+  std::string second_look_ = "start";
   std::string corrections_path_;
 };
 

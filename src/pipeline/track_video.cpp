@@ -78,6 +78,11 @@ TrackedVideo track_video(const VideoSource& source,
   std::atomic<bool> abandoned{false};  // tells a reader that waits for its camera
   VideoReader reader(source, [&] { return abandoned || (stop && stop()); });
   Tracker tracker(options);
+  SecondLooks looks_left =
+      source.is_camera || guidance.landmarks_are_prior ? SecondLooks::kNone : limits.second_looks;
+  SecondLookOptions look_options;
+  look_options.start_is_given = guidance.initial || guidance.landmarks != nullptr;
+  SecondLook second_look(look_options);
   if (guidance.initial) tracker.start_from(*guidance.initial);
 
   TrackedVideo result;
@@ -106,6 +111,13 @@ TrackedVideo track_video(const VideoSource& source,
       limit_reached = limits.duration_s > 0.0 && frame->time_s >= limits.duration_s;
       if (limit_reached) break;
       track_frame(*frame, guidance, tracker, result);
+      if (looks_left != SecondLooks::kNone) {
+        second_look.add(*frame);
+        if (second_look.full()) {
+          second_look.look(tracker, result.contours, result.heads);
+          if (looks_left == SecondLooks::kStart) looks_left = SecondLooks::kNone;
+        }
+      }
       if (recording) recording->write(frame->image, frame->time_s);
       observer.update(static_cast<int>(result.contours.size()));
       result.stopped = stop && stop();
@@ -113,6 +125,7 @@ TrackedVideo track_video(const VideoSource& source,
     }
     abandoned = true;
   }
+  if (looks_left != SecondLooks::kNone) second_look.look(tracker, result.contours, result.heads);
   // A camera that was waited for when the stop came has no frame to show for it.
   if (source.is_camera && stop && stop()) result.stopped = true;
   if (recording) recording->finish();

@@ -11,6 +11,7 @@
 #include "src/io/video_reader.h"
 #include "src/pipeline/stage_figures.h"
 #include "src/pipeline/stage_observer.h"
+#include "tracker/second_look.h"
 #include "tracker/tracker.h"
 
 namespace zygoma {
@@ -23,11 +24,16 @@ struct TrackGuidance {
   bool landmarks_are_prior = false;  // contours are drawn to them in every frame
 };
 
+// Which stretches of the clip are followed once more, backwards (tracker/second_look.h). None:
+// what is said of a frame depends on earlier frames only, as with a camera.
+enum class SecondLooks { kNone, kStart, kAll };
+
 struct TrackLimits {
   double duration_s = 0.0;  // of what is tracked, by the time stamps; 0: to the end
   // A video of the pictures as they were tracked, for sources that cannot be read again; empty:
   // none. It is complete even when no face was found.
   std::string recording;
+  SecondLooks second_looks = SecondLooks::kStart;
 };
 
 struct TrackedVideo {
