@@ -1,5 +1,5 @@
-// First stage: pictures in, the contours of every frame out. Causal: a frame's contours depend on
-// the frames before it alone, so the same code follows a file and a camera.
+// First stage: pictures in, the contours of every frame out. The same code follows a file and a
+// camera, of which it takes no second look.
 #pragma once
 
 #include <optional>
