@@ -46,7 +46,7 @@ const std::vector<Library> kLibraries{
     {"Google Benchmark", {"benchmark/"}},
     {"Bullet", {"BulletCollision/", "BulletSoftBody/"}},
     {"SIMD intrinsics", {"immintrin.h"}},
-    {"POSIX", {"unistd.h", "sys/", "fcntl.h", "dlfcn.h", "spawn.h"}},
+    {"POSIX", {"unistd.h", "sys/", "fcntl.h", "dlfcn.h", "spawn.h", "malloc.h"}},
 };
 
 struct Room {
