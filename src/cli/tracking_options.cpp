@@ -29,12 +29,13 @@ void TrackingOptions::declare(OptionSink& options) {
                  {"start", "prior"},
                  "start: they replace the automatic start and find the face again; prior: in every "
                  "frame contours are also drawn to them, and the picture refines");
-  options.choice("--second-look",
-                 second_look_,
-                 {"start", "all", "none"},
-                 "what is followed once more, backwards, and blended: the first second, in which the "
-                 "tracker still learns; the whole clip, which takes twice the time; or nothing, as "
-                 "live");
+  options.choice(
+      "--second-look",
+      second_look_,
+      {"start", "all", "none"},
+      "what is followed once more, backwards, and blended: the first second, in which the "
+      "tracker still learns; the whole clip, which takes twice the time; or nothing, as "
+      "live");
   options.text(
       "--corrections",
       corrections_path_,

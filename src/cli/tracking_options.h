@@ -17,9 +17,7 @@ class TrackingOptions {
   VideoSource source(const std::string& video_path) const;
 
   // Tracks the video; throws InputError when no frame of it shows a face.
-  TrackedVideo track(const VideoSource& source,
-                     RunContext& context,
-                     TrackLimits limits = {}) const;
+  TrackedVideo track(const VideoSource& source, RunContext& context, TrackLimits limits = {}) const;
 
  private:
   double frames_per_s_ = 0.0;
