@@ -1,4 +1,4 @@
-// What the tracker says about one frame: the nine contours in the image, each with a confidence.
+// What the tracker says about one frame: the contours in the image, each with a confidence.
 #pragma once
 
 #include <Eigen/Core>

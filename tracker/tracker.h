@@ -1,4 +1,4 @@
-// Follows the nine contours through a video, frame by frame: predict, relax, judge, recover
+// Follows the contours through a video, frame by frame: predict, relax, judge, recover
 // (paper, section 6, with the corrections of docs/tracking.md).
 #pragma once
 

@@ -20,7 +20,7 @@ constexpr double kFaceShare = 0.5;  // of the picture's height, chin to hairline
 
 using Polyline = std::vector<Point2>;
 
-// The nine contours as the camera sees them.
+// The contours as the camera sees them.
 ContourSet project_contours(const Anatomy& anatomy,
                             const std::vector<Vec3>& skin_mm,
                             const Camera& camera) {
