@@ -47,6 +47,15 @@ inline constexpr int kLowerLipContour = contour_index("lower_lip");
 inline constexpr int kChinBossContour = contour_index("chin_boss");
 inline constexpr int kHairlineContour = contour_index("hairline");
 
+inline constexpr int kEyelidLeftContour = contour_index("eyelid_left");  // -1: not tracked
+inline constexpr int kEyelidRightContour = contour_index("eyelid_right");
+
+// Lids: rims of the eyes from corner to corner. The corners are fixed to the skull; between them a
+// lid goes where blinks take it.
+constexpr bool is_eyelid(int contour) {
+  return kFeatureSchema[static_cast<std::size_t>(contour)].name.starts_with("eyelid_");
+}
+
 constexpr int node_begin(int contour) { return kNodeBegin[static_cast<std::size_t>(contour)]; }
 constexpr int num_nodes(int contour) { return node_begin(contour + 1) - node_begin(contour); }
 constexpr int first_node(int contour) { return node_begin(contour); }

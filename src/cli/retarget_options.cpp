@@ -17,7 +17,8 @@ void RetargetingOptions::declare(OptionSink& options) {
 }
 
 Retargeted RetargetingOptions::retarget(const std::vector<ContourSet>& contours,
-                                        const FaceResponse& face,
+                                        const FaceResponse& response,
+                                        Simulator& lattice,
                                         RunContext& context) const {
   RetargetOptions options;
   options.neutral_frame = neutral_frame_;
@@ -31,7 +32,8 @@ Retargeted RetargetingOptions::retarget(const std::vector<ContourSet>& contours,
     context.progress.update(num_asked++);
     return context.stop();
   };
-  result.track = zygoma::retarget(contours, face, options, result.report, stop);
+  result.track =
+      zygoma::retarget(contours, {response, &lattice, nullptr}, options, result.report, stop);
   context.progress.update(static_cast<int>(result.track.frames.size()));
   context.progress.end();
   result.figures = {"retarget", static_cast<int>(result.track.frames.size()), watch.elapsed_ms()};

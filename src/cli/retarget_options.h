@@ -19,8 +19,10 @@ struct Retargeted {
 class RetargetingOptions {
  public:
   void declare(OptionSink& options);
+  // `lattice` is the face that the response is of.
   Retargeted retarget(const std::vector<ContourSet>& contours,
-                      const FaceResponse& face,
+                      const FaceResponse& response,
+                      Simulator& lattice,
                       RunContext& context) const;
 
  private:

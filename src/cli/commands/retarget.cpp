@@ -34,7 +34,7 @@ class RetargetCommand : public Command {
     const OutputFolder folder(folder_);
     AssembledFace face = face_.assemble();
     const Retargeted result =
-        retargeting_.retarget(contours, measure_response(face.simulator), context);
+        retargeting_.retarget(contours, measure_response(face.simulator), face.simulator, context);
     write_contractions_csv(folder / "contractions.csv", result.track);
 
     Session session = begin_session(name(), context);

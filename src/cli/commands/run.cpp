@@ -78,7 +78,8 @@ class RunCommand : public Command {
     if (!stopped) {
       auto [face, response] = prepared.get();
       append(notes, {face.remark});
-      const Retargeted retargeted = retargeting_.retarget(tracked.contours, response, context);
+      const Retargeted retargeted =
+          retargeting_.retarget(tracked.contours, response, face.simulator, context);
       write_contractions_csv(folder / "contractions.csv", retargeted.track);
       session.muscles = retargeted.track.muscles;
       session.neutral_frame = retargeted.report.neutral_frame;
