@@ -79,6 +79,22 @@ class CurveLayer {
     return chain;
   }
 
+  // The vertices of the left upper lid's margin from the inner to the outer corner.
+  std::vector<int> upper_lid() const {
+    std::vector<int> margin;
+    for (std::size_t v = 0; v < fine_.points.size(); ++v) {
+      const DomainPoint& p = fine_.points[v];
+      if (p.rim != Rim::kEye || p.inward > 0.0 || p.at_mm.x() <= 0.0) continue;
+      const double above = std::abs(p.at_mm.y() - shape_.eye_rim(p.at_mm.x(), +1));
+      const double below = std::abs(p.at_mm.y() - shape_.eye_rim(p.at_mm.x(), -1));
+      if (above <= below) margin.push_back(static_cast<int>(v));
+    }
+    std::sort(margin.begin(), margin.end(), [&](int a, int b) {
+      return fine_.points[a].at_mm.x() < fine_.points[b].at_mm.x();
+    });
+    return margin;
+  }
+
   int mouth_corner() const {
     int best = 0;
     double furthest = 0.0;
@@ -214,6 +230,7 @@ std::vector<NamedCurve> lay_curves(const HeadShape& shape, DomainMesh& fine) {
     lip->push_back(corner);
   }
   const std::vector<int> chin = layer.lay_front(chin_border());
+  const std::vector<int> lid = layer.upper_lid();
   std::vector<Vec2> line;
   for (int i = 0; i <= 50; ++i) line.push_back({i, shape.hairline(i)});
   const std::vector<int> hair = layer.lay(line);
@@ -225,7 +242,9 @@ std::vector<NamedCurve> lay_curves(const HeadShape& shape, DomainMesh& fine) {
           {"upper_lip", right_to_left(fine, upper)},
           {"lower_lip", right_to_left(fine, lower)},
           {"chin_boss", right_to_left(fine, chin)},
-          {"hairline", right_to_left(fine, hair)}};
+          {"hairline", right_to_left(fine, hair)},
+          {"eyelid_left", lid},
+          {"eyelid_right", other_side(fine, lid)}};
 }
 
 }  // namespace zygoma

@@ -381,11 +381,9 @@ Eigen::VectorXd face_proportions(const StackedContours& contours) {
     result[static_cast<Eigen::Index>(i)] =
         (span.from(contours.nodes) - span.to(contours.nodes)).norm() / size;
   }
-  if constexpr (kEyelidLeftContour >= 0 && kEyelidRightContour >= 0) {
-    if (contours.visible(kEyelidLeftContour) && contours.visible(kEyelidRightContour)) {
-      result[kSpans.size()] =
-          (contours.mean(kEyelidLeftContour) - contours.mean(kEyelidRightContour)).norm() / size;
-    }
+  if (contours.visible(kEyelidLeftContour) && contours.visible(kEyelidRightContour)) {
+    result[kSpans.size()] =
+        (contours.mean(kEyelidLeftContour) - contours.mean(kEyelidRightContour)).norm() / size;
   }
   return result;
 }

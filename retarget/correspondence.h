@@ -30,10 +30,10 @@ inline constexpr std::array<int, kNumContours + 1> kNodeBegin = [] {
 }();
 inline constexpr int kNumNodes = kNodeBegin[kNumContours];
 
-// Index in the schema; a name that is not in the schema does not compile in constant expressions.
+// Place among these contours; -1 for any other name.
 constexpr int contour_index(std::string_view name) {
-  for (std::size_t i = 0; i < kFeatureSchema.size(); ++i) {
-    if (kFeatureSchema[i].name == name) return static_cast<int>(i);
+  for (int i = 0; i < kNumContours; ++i) {
+    if (kFeatureSchema[static_cast<std::size_t>(i)].name == name) return i;
   }
   return -1;
 }
@@ -47,7 +47,7 @@ inline constexpr int kLowerLipContour = contour_index("lower_lip");
 inline constexpr int kChinBossContour = contour_index("chin_boss");
 inline constexpr int kHairlineContour = contour_index("hairline");
 
-inline constexpr int kEyelidLeftContour = contour_index("eyelid_left");  // -1: not tracked
+inline constexpr int kEyelidLeftContour = contour_index("eyelid_left");
 inline constexpr int kEyelidRightContour = contour_index("eyelid_right");
 
 // Lids: rims of the eyes from corner to corner. The corners are fixed to the skull; between them a

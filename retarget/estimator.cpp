@@ -169,7 +169,7 @@ Contractions contractions_of(const FrameEstimate& estimate, const Calibration& c
   const double px_per_mm = out.head.scale / calibration.performer.millimetre_per_px;
   for (int c = 0; c < kNumContours; ++c) {
     const auto index = static_cast<std::size_t>(c);
-    if (estimate.reading.observation.sigma_mm[index] <= 0.0) continue;
+    if (estimate.reading.observation.sigma_mm[index] <= 0.0 || is_eyelid(c)) continue;
     out.residual_px.emplace_back(std::string(kFeatureSchema[index].name),
                                  posterior.residual_mm[index] * px_per_mm);
   }

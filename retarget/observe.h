@@ -12,7 +12,7 @@ namespace zygoma {
 
 struct ObservationOptions {
   double noise_px = 0.5;        // of a sure contour across itself; [0, 100]
-  double model_error_mm = 0.4;  // how far one person's skin moves unlike another's; [0, 100]; the
+  double model_error_mm = 0.3;  // how far one person's skin moves unlike another's; [0, 100]; the
                                 // two together are at least 1e-4 mm
   void check() const;
 };

@@ -47,11 +47,11 @@ struct RefineOptions {
   double tie_sigma = 0.4;            // [0.01, 1e6]; of the middle frontalis to the inner one
   double head_scale_sigma = 0.05;    // also of the roll, in rad; [1e-4, 10]
   double head_shift_sigma_mm = 5.0;  // [0.01, 1000]
-  double head_turn_sigma_rad = 0.05;  // yaw and pitch; [1e-4, 10]; large: turns explain expressions
+  double head_turn_sigma_rad = 0.04;  // yaw and pitch; [1e-4, 10]; large: turns explain expressions
   double relative_error = 0.25;       // [0, 10]; share by which one person's skin moves unlike
                                       // another's; small: large motions of skin the model does
                                       // not have pull at everything else
-  double independent_nodes = 3.0;     // how many of a contour's nodes err independently; [1, 100]
+  double independent_nodes = 6.0;     // how many of a contour's nodes err independently; [1, 100]
   double fastest_per_s = 6.0;         // change of a contraction, one sigma; [0.1, 1e9]
   double acceleration_per_s2 = 60.0;  // in windows; [1, 1e9]
   double turn_acceleration_per_s2 = 4.0;  // of yaw and pitch, rad; [0.01, 1e9]

@@ -118,7 +118,7 @@ Evidence make_evidence(const FaceChart& chart, const LipMap& lips, const Evidenc
   lips.apply(chart.colour(kLowerFace)).copyTo(mouth);
   if (lips.learned()) {
     add_dark_lines(chart.grey(kLowerFace), options.mouth_line_px - kLowerFace.y, mouth);
-    const double first_row = options.nose_base_px + 0.08 * kChartEyeDistance - kLowerFace.y;
+    const double first_row = options.nose_base_px + 0.02 * kChartEyeDistance - kLowerFace.y;
     fill(mouth, static_cast<int>(first_row));
     evidence.lip_sums = column_sums(map);
   }
@@ -133,8 +133,12 @@ ContourLandscape::ContourLandscape(const Evidence& evidence,
   switch (feature) {
     case kBrowLeft:
     case kBrowRight:
-    case kNoseTip:
+    case kEyelidLeft:
+    case kEyelidRight:
       terms_[0] = {&evidence.fine, 1.0, -1.0};
+      break;
+    case kNoseTip:
+      terms_[0] = {&evidence.fine, 1.0, 1.0};
       break;
     case kUpperLip:
       terms_ = {Term{&evidence.lips, 0.65, 1.0}, Term{&evidence.fine, 0.35, -1.0}};

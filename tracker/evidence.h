@@ -1,12 +1,13 @@
-// What each of the nine contours looks for in the picture.
+// What each contour looks for in the picture.
 //
 //   brow      upper edge of a dark band: brightness falls downwards
 //   upper lip outer border: the lip map (lip_map.h) rises downwards, brightness falls
 //   lower lip outer border: the lip map falls downwards, brightness rises
-//   nose tip  base of the nose: brightness falls downwards (nostrils and their shadow)
+//   nose tip  base of the nose: brightness rises downwards, from the nostrils to the lip
 //   chin      the broad shading edge below the chin, at a large scale: brightness falls downwards
 //   furrow    any edge, weakly; at rest there is often none and flow alone carries it
 //   hairline  the strongest edge between skin and hair, either sign
+//   eyelid    where skin gives way to lashes: brightness falls downwards
 //
 // The lip map takes in the dark line between the lips, which reaches further into the corners of
 // the mouth than the colour of the lips does.
@@ -27,7 +28,7 @@
 
 namespace zygoma {
 
-// Places of the nine in kFeatureSchema.
+// Places in kFeatureSchema.
 enum FeatureIndex : size_t {
   kBrowLeft,
   kBrowRight,
@@ -38,6 +39,8 @@ enum FeatureIndex : size_t {
   kLowerLip,
   kChinBoss,
   kHairline,
+  kEyelidLeft,
+  kEyelidRight,
   kNumFeatures
 };
 using ContourNodes = std::array<std::vector<Point2>, kNumFeatures>;  // chart px

@@ -49,7 +49,7 @@ std::vector<Point2> hairline(const std::vector<double>& p) {
 // From beside the wing of the nose to beside the corner of the mouth.
 std::vector<Point2> furrow(const Point2& wing, const Point2& corner, double side) {
   const Point2 out{side * kChartEyeDistance, 0.0};
-  const Point2 top = wing + 0.07 * out;
+  const Point2 top = wing + 0.07 * out - Point2(0.0, 0.12 * kChartEyeDistance);
   const Point2 bottom = corner + 0.12 * out;
   std::vector<Point2> nodes;
   for (int i = 0; i < 9; ++i) {
@@ -110,6 +110,8 @@ SnakeOptions snake_options(FeatureIndex feature) {
       options.rigidity = 0.02;
       break;
     case kNoseTip:
+    case kEyelidLeft:
+    case kEyelidRight:
       options.rigidity = 0.08;
       break;
     case kFurrowLeft:
@@ -132,14 +134,19 @@ ContourNodes template_contours() {
   out[kNoseTip] = nose({0.75, 0.0});
   out[kChinBoss] = chin({1.86, 0.0});
   out[kHairline] = hairline({-1.2, 0.25});
+  out[kEyelidLeft] = lid_nodes(usual_lid(true));
+  out[kEyelidRight] = lid_nodes(usual_lid(false));
   out[kFurrowLeft] = furrow_between(out[kNoseTip], out[kUpperLip], true);
   out[kFurrowRight] = furrow_between(out[kNoseTip], out[kUpperLip], false);
   return out;
 }
 
-ContourNodes place_contours(const FaceChart& chart, LipMap& lips, Mouth& mouth) {
-  ContourNodes out = template_contours();
-  lips = LipMap();
+PlacedFace place_contours(const FaceChart& chart) {
+  PlacedFace face;
+  ContourNodes& out = face.contours;
+  LipMap& lips = face.lips;
+  Mouth& mouth = face.mouth;
+  out = template_contours();
   Evidence evidence = make_evidence(chart, lips);
   for (int round = 0; round < 3; ++round) {
     mouth = find_mouth(evidence, lips.learned());
@@ -152,6 +159,10 @@ ContourNodes place_contours(const FaceChart& chart, LipMap& lips, Mouth& mouth) 
   }
   place_brow(evidence, kBrowLeft, out);
   place_brow(evidence, kBrowRight, out);
+  face.left_lid = find_lid(evidence, true);
+  face.right_lid = find_lid(evidence, false);
+  out[kEyelidLeft] = lid_nodes(face.left_lid);
+  out[kEyelidRight] = lid_nodes(face.right_lid);
   const double mouth_y =
       (0.5 * (out[kUpperLip].front().y() + out[kUpperLip].back().y()) - kChartEyeMiddle.y()) /
       kChartEyeDistance;
@@ -196,7 +207,7 @@ ContourNodes place_contours(const FaceChart& chart, LipMap& lips, Mouth& mouth) 
     join(out[kUpperLip].front(), out[kLowerLip].front());
     join(out[kUpperLip].back(), out[kLowerLip].back());
   }
-  return out;
+  return face;
 }
 
 }  // namespace zygoma

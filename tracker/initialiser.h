@@ -1,4 +1,4 @@
-// Places the nine contours on a face chart without any history.
+// Places the contours on a face chart without any history.
 //
 // A template of the face in eye distances is fitted feature by feature: a few parameters each
 // (height, width, tilt, arch) are searched exhaustively for the most evidence under the curve, with
@@ -10,6 +10,7 @@
 
 #include "tracker/contour_set.h"
 #include "tracker/evidence.h"
+#include "tracker/lid_model.h"
 #include "tracker/mouth_model.h"
 
 namespace zygoma {
@@ -17,9 +18,16 @@ namespace zygoma {
 // The contours of an average face, chart pixels, schema order.
 ContourNodes template_contours();
 
-// The contours of this face, its skin learned into `lips`, the model of its mouth. Never fails:
-// without evidence the template stays where it is.
-ContourNodes place_contours(const FaceChart& chart, LipMap& lips, Mouth& mouth);
+// What a search of one chart finds.
+struct PlacedFace {
+  ContourNodes contours;
+  LipMap lips;  // its skin
+  Mouth mouth;
+  Lid left_lid, right_lid;
+};
+
+// Never fails: without evidence the template stays where it is.
+PlacedFace place_contours(const FaceChart& chart);
 
 // Where the furrow of one side usually runs: from beside the wing of the nose to beside the corner
 // of the mouth.

@@ -7,11 +7,14 @@
 #include <utility>
 
 #include "src/base/check.h"
+#include "tracker/brow_shape.h"
+#include "tracker/chin_patch.h"
 #include "tracker/evidence.h"
 #include "tracker/face_chart.h"
 #include "tracker/face_finder.h"
-#include "tracker/head_frame.h"
+#include "tracker/head_pose.h"
 #include "tracker/initialiser.h"
+#include "tracker/mouth_seam.h"
 #include "tracker/predictor.h"
 #include "tracker/snake.h"
 
@@ -25,8 +28,8 @@ const std::array<cv::Rect, kNumParts> kPartBox{cv::Rect(20, 58, 153, 44),
 
 constexpr double kStill = 0.02;             // chart px: below it the head has not moved
 constexpr double kLeastEyeDistance = 12.0;  // px
+constexpr double kLidShare = 0.8;           // of the model of the lid, the rest is flow
 constexpr double kChinFollowsLip = 0.8;     // share of the lower lip's motion
-constexpr double kTrustedSight = 0.5;       // quality of flow from which the lip is not asked
 constexpr double kFurrowPull = 0.2;         // per frame, at the lower end
 constexpr double kClearEdge = 0.25;  // evidence, of which one is the strongest edges of the face
 constexpr double kSameScene = 0.5;   // correlation of the middle of the face, frame to frame
@@ -76,18 +79,22 @@ double correlation(const cv::Mat& p, const cv::Mat& q) { return p.dot(q); }
 
 // The parts of the face that do not move with expression: inner and outer corners of the eyes, the
 // bridge, sides and base of the nose, and a thin grid between them.
-std::vector<Point2> rigid_points() {
-  std::vector<Point2> points;
+// Depths are those of a usual face.
+std::vector<RigidPoint> rigid_points() {
+  std::vector<RigidPoint> points;
+  const auto add = [&](double x, double y, double depth) {
+    points.push_back({chart_point(x, y), depth * kChartEyeDistance});
+  };
   for (const double side : {-1.0, 1.0}) {
     for (const double x : {0.22, 0.34, 0.66, 0.78}) {
-      for (const double y : {-0.05, 0.06}) points.push_back(chart_point(side * x, y));
+      for (const double y : {-0.05, 0.06}) add(side * x, y, 0.06 - 0.25 * (x - 0.3) * (x > 0.3));
     }
     for (const double y : {0.15, 0.3, 0.42, 0.52, 0.62}) {
-      points.push_back(chart_point(side * 0.13, y));
-      points.push_back(chart_point(side * 0.24, y));
+      add(side * 0.13, y, 0.14 + 0.4 * y);
+      add(side * 0.24, y, 0.06 + 0.25 * y);
     }
   }
-  for (const double y : {-0.05, 0.1, 0.25, 0.4, 0.55, 0.68}) points.push_back(chart_point(0.0, y));
+  for (const double y : {-0.05, 0.1, 0.25, 0.4, 0.55, 0.68}) add(0.0, y, 0.22 + 0.5 * y);
   return points;
 }
 
@@ -104,6 +111,29 @@ void join_lip_ends(ContourNodes& contours) {
   const auto join = [](Point2& a, Point2& b) { a = b = 0.5 * (a + b); };
   join(contours[kUpperLip].front(), contours[kLowerLip].front());
   join(contours[kUpperLip].back(), contours[kLowerLip].back());
+}
+
+// How far a contour's nodes lie before the eyes on a usual face, chart px: a + b x^2, x from the
+// middle of the face.
+double usual_depth(FeatureIndex feature, const Point2& node) {
+  const double x = (node.x() - kChartEyeMiddle.x()) / kChartEyeDistance;
+  switch (feature) {
+    case kBrowLeft:
+    case kBrowRight:
+      return kChartEyeDistance * (0.16 - 0.5 * x * x);
+    case kUpperLip:
+    case kLowerLip:
+      return kChartEyeDistance * (0.4 - 0.7 * x * x);
+    case kChinBoss:
+      return kChartEyeDistance * (0.25 - 0.5 * x * x);
+    default:
+      return 0.0;
+  }
+}
+
+std::vector<Point2> turned(std::vector<Point2> nodes, FeatureIndex feature, const HeadTurn& turn) {
+  for (Point2& p : nodes) p = turn.apply(p, usual_depth(feature, p));
+  return nodes;
 }
 
 Point2 middle_of(const std::vector<Point2>& nodes) {
@@ -145,11 +175,15 @@ struct Tracker::Impl {
   ContourNodes at_start;  // where the contours were placed
   LipMap lips;
   Mouth mouth;
-  Mouth rest;  // where it started
+  Mouth rest;               // where it started
+  std::array<Lid, 2> lids;  // left, right
+  SeamCorners seam;
+  ChinPatch chin_patch;
   std::array<double, kNumFeatures> confidence{};
   std::array<double, kNumFeatures> usual_evidence{};
   FaceChart head_anchor;
-  std::vector<Point2> rigid = rigid_points();
+  HeadTurn turn;  // against the first sight
+  std::vector<RigidPoint> rigid = rigid_points();
   std::array<std::vector<Keyframe>, kNumParts> keyframes;
   size_t num_keyframes_made = 0;
 
@@ -159,8 +193,7 @@ struct Tracker::Impl {
   void look_again(const Frame& frame);
   void restart_from(const FaceChart& chart, const ContourNodes& given_nodes = {});
   bool follow(const Frame& frame);
-  std::vector<Point2> follow_chin(const std::vector<Point2>& flowed,
-                                  const std::vector<double>& quality) const;
+  std::vector<Point2> follow_chin(const FaceChart& chart, double& sight) const;
   bool follow_head(const Frame& frame, FaceChart& chart);
   void follow_contours(const FaceChart& chart);
   void judge(const Evidence& evidence,
@@ -228,12 +261,18 @@ void Tracker::Impl::look_again(const Frame& frame) {
 }
 
 void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& given_nodes) {
-  contours = place_contours(chart, lips, mouth);
+  PlacedFace placed = place_contours(chart);
+  contours = placed.contours;
+  lips = placed.lips;
+  mouth = placed.mouth;
+  lids = {placed.left_lid, placed.right_lid};
   for (size_t f = 0; f < kNumFeatures; ++f) {
     if (!given_nodes[f].empty()) contours[f] = given_nodes[f];
   }
   at_start = contours;
   rest = mouth;
+  seam.forget();
+  chin_patch.learn(chart.grey, middle_of(contours[kChinBoss]));
   const Evidence evidence = make_evidence(chart, lips);
   for (size_t f = 0; f < kNumFeatures; ++f) {
     usual_evidence[f] =
@@ -242,6 +281,7 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
   }
   last = chart;
   head_anchor = chart;
+  turn = HeadTurn();
   for (auto& list : keyframes) list.clear();
   remember(chart);
   tracking = true;
@@ -254,34 +294,39 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
 bool Tracker::Impl::follow_head(const Frame& frame, FaceChart& chart) {
   const Similarity before = last.image_from_chart;
   const FaceChart draft = make_draft_chart(frame.image, before);
-  Similarity motion;  // of the face in the draft
-  const auto correct = [&](const FaceChart& reference, double least_share) {
+  HeadPoseFit pose{Similarity(), turn};  // of the face in the draft
+  const auto correct = [&](const FaceChart& reference, const HeadTurn& then, double least_share) {
     const Point2 corner(kCoreBox.x, kCoreBox.y);
     std::vector<Point2> start, guess;
-    for (const Point2& p : rigid) {
-      start.push_back(p - corner);
-      guess.push_back(motion.apply(p) - corner);
+    for (const RigidPoint& point : rigid) {
+      start.push_back(then.apply(point.position, point.depth) - corner);
+      const Point2 now = pose.turn.apply(point.position, point.depth);
+      guess.push_back(pose.similarity.apply(now) - corner);
     }
     const Flow flow = follow_points(reference.core, draft.core, start, guess, false);
-    std::vector<Point2> from, to;
+    std::vector<RigidPoint> seen;
+    std::vector<Point2> to;
     for (size_t i = 0; i < rigid.size(); ++i) {
       if (flow.quality[i] < 0.3) continue;
-      from.push_back(rigid[i]);
+      seen.push_back(rigid[i]);
       to.push_back(flow.points_px[i] + corner);
     }
-    const HeadFrameFit fit = fit_head_frame(from, to);
+    const HeadPoseFit fit = fit_head_pose(seen, to, pose.turn);
     const double share =
-        fit.inlier_share * static_cast<double>(from.size()) / static_cast<double>(rigid.size());
+        fit.inlier_share * static_cast<double>(seen.size()) / static_cast<double>(rigid.size());
     if (!fit.ok || share < least_share) return false;
-    motion = fit.similarity;
+    pose = fit;
     return true;
   };
-  if (!correct(last, 0.3)) return false;
+  if (!correct(last, turn, 0.3)) return false;
   // Against the drift of frame-to-frame motion: the chart the head was first seen in.
-  correct(head_anchor, 0.5);
+  correct(head_anchor, HeadTurn(), 0.5);
   double moved = 0.0;
-  for (const Point2& p : rigid) moved = std::max(moved, (motion.apply(p) - p).norm());
-  const Similarity place = moved > kStill ? before.after(motion) : before;
+  for (const RigidPoint& point : rigid) {
+    moved = std::max(moved, (pose.similarity.apply(point.position) - point.position).norm());
+  }
+  const Similarity place = moved > kStill ? before.after(pose.similarity) : before;
+  turn = pose.turn;
   const double eyes_px = place.scale() * kChartEyeDistance;
   if (eyes_px < kLeastEyeDistance || eyes_px > frame.image.cols) return false;
   chart = make_face_chart(frame.image, place);
@@ -290,27 +335,16 @@ bool Tracker::Impl::follow_head(const Frame& frame, FaceChart& chart) {
 }
 
 // The chin is too smooth to say how its contour bends or how far along it a node has slid; it says
-// where it is. So the contour keeps its shape and goes where the flow of its nodes says, as far as
-// that can be trusted, else with the middle of the lower lip: one bone carries both.
-std::vector<Point2> Tracker::Impl::follow_chin(const std::vector<Point2>& flowed,
-                                               const std::vector<double>& quality) const {
-  const std::vector<Point2>& shape = at_start[kChinBoss];
-  Point2 by_flow = Point2::Zero();
-  double weight = 0.0;
-  double sight = 0.0;
-  for (size_t i = 0; i < shape.size(); ++i) {
-    const double w = 0.02 + quality[i];
-    by_flow += w * (flowed[i] - shape[i]);
-    weight += w;
-    sight += quality[i] / static_cast<double>(shape.size());
-  }
-  by_flow /= weight;
+// where it is. So the contour keeps its shape and goes where its patch is found, as far as that
+// looks like the chin, else with the middle of the lower lip: one bone carries both.
+std::vector<Point2> Tracker::Impl::follow_chin(const FaceChart& chart, double& sight) const {
+  const ChinPatch::Sight found = chin_patch.find(chart.grey);
+  sight = std::clamp((found.likeness - 0.4) / 0.4, 0.0, 1.0);
   const std::vector<Point2>& lip = contours[kLowerLip];
-  const std::vector<Point2>& lip_then = at_start[kLowerLip];
+  const std::vector<Point2> lip_then = turned(at_start[kLowerLip], kLowerLip, turn);
   const Point2 by_lip(
       0.0, kChinFollowsLip * (lip[lip.size() / 2].y() - lip_then[lip_then.size() / 2].y()));
-  const double trust = std::clamp(sight / kTrustedSight, 0.0, 1.0);
-  return shifted(shape, trust * by_flow + (1.0 - trust) * by_lip);
+  return shifted(at_start[kChinBoss], sight * found.offset_px + (1.0 - sight) * by_lip);
 }
 
 void Tracker::Impl::follow_contours(const FaceChart& chart) {
@@ -388,11 +422,28 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
       target[f][i] += share * (usual[i] - target[f][i]);
     }
   }
-  target[kChinBoss] = follow_chin(target[kChinBoss], quality[kChinBoss]);
+  double chin_sight = 0.0;
+  target[kChinBoss] = follow_chin(chart, chin_sight);
+  std::fill(quality[kChinBoss].begin(), quality[kChinBoss].end(), chin_sight);
   for (const FeatureIndex f : {kUpperLip, kLowerLip}) {
     const std::vector<Point2> model = lip_nodes(mouth, f == kUpperLip);
     for (size_t i = 0; i < model.size(); ++i) {
       target[f][i] += options.model_share * (model[i] - target[f][i]);
+    }
+  }
+  join_lip_ends(target);
+  const MouthCorners corners =
+      seam.refine(chart.grey, {target[kUpperLip].front(), target[kUpperLip].back()});
+  for (const FeatureIndex f : {kUpperLip, kLowerLip}) {
+    target[f].front() = corners[kRightCorner];
+    target[f].back() = corners[kLeftCorner];
+  }
+  for (const FeatureIndex f : {kEyelidLeft, kEyelidRight}) {
+    Lid& lid = lids[f == kEyelidLeft ? 0 : 1];
+    lid = follow_lid(evidence, lid, turn);
+    const std::vector<Point2> model = lid_nodes(lid, turn);
+    for (size_t i = 0; i < model.size(); ++i) {
+      target[f][i] += kLidShare * (model[i] - target[f][i]);
     }
   }
   for (size_t f = 0; f < kNumFeatures; ++f) {
@@ -400,13 +451,29 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
     for (size_t i = 0; i < anchors.size(); ++i) {
       const bool corner = (f == kUpperLip || f == kLowerLip) && (i == 0 || i + 1 == anchors.size());
       anchors[i].target = target[f][i];
-      anchors[i].weight = options.flow_hold * (0.1 + quality[f][i]) * (corner ? 4.0 : 1.0);
+      anchors[i].weight = options.flow_hold * (0.1 + quality[f][i]) *
+                          (corner           ? 4.0
+                           : f == kChinBoss ? 10.0
+                                            : 1.0);
     }
     const ContourLandscape landscape(evidence, static_cast<FeatureIndex>(f), target[f]);
     Snake snake(target[f], snake_options(static_cast<FeatureIndex>(f)));
     snake.set_anchors(anchors);
     report.relax_iterations += snake.relax(&landscape).iterations;
     contours[f] = resample(snake.nodes(), static_cast<int>(contours[f].size()));
+  }
+  for (const FeatureIndex f : {kBrowLeft, kBrowRight}) {
+    const std::vector<Point2> unmoved = turned(at_start[f], f, turn);
+    std::vector<double> slides;
+    for (size_t i = 0; i < target[f].size(); ++i) {
+      slides.push_back(target[f][i].x() - unmoved[i].x());
+    }
+    const auto median = slides.begin() + static_cast<std::ptrdiff_t>(slides.size() / 2);
+    std::nth_element(slides.begin(), median, slides.end());
+    contours[f] = as_brow_motion(contours[f], unmoved, *median);
+  }
+  for (const FeatureIndex f : {kEyelidLeft, kEyelidRight}) {
+    contours[f] = as_brow_motion(contours[f], lid_nodes(lids[f == kEyelidLeft ? 0 : 1], turn), 0.0);
   }
   contours[kChinBoss] =
       shifted(at_start[kChinBoss], middle_of(contours[kChinBoss]) - middle_of(at_start[kChinBoss]));
@@ -520,6 +587,8 @@ const TrackReport& Tracker::report() const { return impl_->report; }
 const Similarity* Tracker::head() const {
   return impl_->tracking ? &impl_->last.image_from_chart : nullptr;
 }
+
+const HeadTurn& Tracker::head_turn() const { return impl_->turn; }
 
 const LipMap& Tracker::lips() const { return impl_->lips; }
 

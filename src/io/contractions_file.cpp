@@ -77,7 +77,7 @@ std::string header_of(const std::vector<std::string>& muscles,
     for (const int i : group) text += ',' + muscles[i];
     for (const int i : group) text.append(",").append(muscles[i]).append(kSigmaSuffix);
   }
-  for (const Feature& feature : kFeatureSchema) {
+  for (const Feature& feature : kContours1992) {
     text.append(",").append(kResidualPrefix).append(feature.name);
   }
   text.append(",jaw").append(kObservedSuffix);
@@ -131,7 +131,7 @@ void append_row(std::string& text,
     for (const int i : group) append_cell(text, at(frame.value, i), 6);
     for (const int i : group) append_cell(text, at(frame.sigma, i), 6);
   }
-  for (const Feature& feature : kFeatureSchema) {
+  for (const Feature& feature : kContours1992) {
     append_cell(text, residual_of(frame, feature.name), 4);
   }
   const auto flag = [&](bool value) {
@@ -151,7 +151,7 @@ class ContractionsReader {
     jaw_sigma_column_ = table_.find("jaw_sigma");
     find_muscles();
     find_observed();
-    for (const Feature& feature : kFeatureSchema) {
+    for (const Feature& feature : kContours1992) {
       const int column = table_.find(std::string(kResidualPrefix) + std::string(feature.name));
       if (column >= 0) residual_columns_.emplace_back(feature.name, column);
     }

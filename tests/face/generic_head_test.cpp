@@ -211,7 +211,9 @@ TEST(GenericHead, CurvesAreAllThereAndRunAsTheSchemaSays) {
                                        "upper_lip",
                                        "lower_lip",
                                        "chin_boss",
-                                       "hairline"};
+                                       "hairline",
+                                       "eyelid_left",
+                                       "eyelid_right"};
   ASSERT_EQ(head.curves.size(), names.size());
   const auto at = [&](int v) { return head.skin.mesh.positions_mm[v]; };
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -235,6 +237,12 @@ TEST(GenericHead, CurvesAreAllThereAndRunAsTheSchemaSays) {
     } else if (c.name == "furrow_left" || c.name == "furrow_right") {
       EXPECT_EQ(first.x() > 0.0, c.name == "furrow_left");
       EXPECT_GT(first.y(), last.y() + 20.0);
+    } else if (c.name == "eyelid_left" || c.name == "eyelid_right") {
+      const double side = c.name == "eyelid_left" ? 1.0 : -1.0;
+      EXPECT_GT(side * first.x(), 0.0) << c.name;
+      EXPECT_GT(side * last.x(), side * first.x() + 20.0) << c.name;
+      const Vec3 middle = at(c.skin_vertices[c.skin_vertices.size() / 2]);
+      EXPECT_GT(middle.y(), 0.5 * (first.y() + last.y()) + 2.0) << c.name;
     } else {
       // From the subject's right to left, and symmetric.
       EXPECT_LT(first.x(), 0.0) << c.name;

@@ -206,7 +206,7 @@ TEST(Retarget, LostBrowLeavesItsMusclesUncertainAndTheRestAlone) {
   EXPECT_FALSE(track.frames[45].success);
   EXPECT_EQ(track.frames[45].confidence, 0.0);
   EXPECT_NEAR(track.frames[45].value[smile], 0.7, 0.06);
-  EXPECT_EQ(track.frames[45].residual_px.size(), static_cast<std::size_t>(kNumContours - 1));
+  EXPECT_EQ(track.frames[45].residual_px.size(), 8U);
   EXPECT_FALSE(track.frames[45].observed[brow]);
   EXPECT_TRUE(track.frames[45].observed[smile]);
 }

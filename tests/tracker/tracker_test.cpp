@@ -145,7 +145,7 @@ TEST(Tracker, FindsNothingInPicturesWithoutAFace) {
             tracker.track(frame_of(i, cv::Mat(size, CV_8UC3, cv::Scalar::all(grey))));
         expect_well_formed(set);
         EXPECT_EQ(set.frame_index, i);
-        EXPECT_EQ(tracker.report().num_lost, 9);
+        EXPECT_EQ(tracker.report().num_lost, static_cast<int>(kNumFeatures));
         EXPECT_FALSE(tracker.report().face_found);
       }
     }
@@ -155,7 +155,7 @@ TEST(Tracker, FindsNothingInPicturesWithoutAFace) {
 TEST(Tracker, EmptyPictureIsNoFace) {
   Tracker tracker;
   expect_well_formed(tracker.track(Frame{}));
-  EXPECT_EQ(tracker.report().num_lost, 9);
+  EXPECT_EQ(tracker.report().num_lost, static_cast<int>(kNumFeatures));
 }
 
 TEST(Tracker, RefusesOptionsAndFoldersByName) {
@@ -262,7 +262,7 @@ TEST(Tracker, BlackFramesEndTheTrackAndAFaceResumesIt) {
   const cv::Mat black(320, 320, CV_8UC3, cv::Scalar::all(0));
   for (int i = 5; i < 10; ++i) expect_well_formed(tracker.track(frame_of(i, black)));
   EXPECT_FALSE(tracker.report().face_found);
-  EXPECT_EQ(tracker.report().num_lost, 9);
+  EXPECT_EQ(tracker.report().num_lost, static_cast<int>(kNumFeatures));
 }
 
 }  // namespace
