@@ -39,11 +39,7 @@ double contour_sigma_mm(int contour,
                         double millimetre_per_px,
                         const ObservationOptions& options) {
   constexpr double kLeastSigma_mm = 1e-4;
-  ContourTrust trust = trust_of(contour);
-#ifdef LAB
-  extern double lab_noise[16];
-  if (lab_noise[contour] > 0) trust.noise = lab_noise[contour];
-#endif
+  const ContourTrust trust = trust_of(contour);
   const double t =
       (confidence - trust.confidence_from) / (trust.confidence_to - trust.confidence_from);
   const double gate = std::clamp(t, 0.0, 1.0);

@@ -55,13 +55,16 @@ Neutral choose_neutral(const std::vector<ObservedFrame>& frames,
                        const RetargetOptions& options) {
   constexpr int kCandidates = 8;
   constexpr double kClearlyNotAtRest = 0.05;  // face sizes
+  constexpr int kFewestStill = 3;
+  constexpr double kMoving = 2.0;
   if (options.neutral_frame >= 0) return neutral_at(frames, options.neutral_frame);
   const std::vector<Neutral> candidates = neutral_candidates(frames, kCandidates);
   std::vector<double> doubt;
   for (const Neutral& neutral : candidates) {
     const Calibration calibration = calibrate(neutral, gain, face, FaceLevel::kCorrected);
     doubt.push_back(unexplained(frames, calibration, options) *
-                    (1.0 + std::max(0.0, neutral.score) / kClearlyNotAtRest));
+                    (1.0 + std::max(0.0, neutral.score) / kClearlyNotAtRest) *
+                    (neutral.num_frames < kFewestStill ? kMoving : 1.0));
   }
   const auto best = std::min_element(doubt.begin(), doubt.end());
   return candidates[static_cast<std::size_t>(best - doubt.begin())];
@@ -131,6 +134,54 @@ void judge_all(std::vector<FrameEstimate>& estimates,
     return;
   }
   for (FrameEstimate& estimate : estimates) estimate.posterior.sigma.resize(0);
+}
+
+// The performer's full strength of every control, as multiples of the model's; controls that the
+// clip hardly uses are left out. Where the estimate ends at its bound, what is left of the motion
+// says how far beyond it would go.
+std::vector<std::pair<std::string, double>> range_of_motion(
+    const std::vector<FrameEstimate>& estimates, const Calibration& calibration) {
+  constexpr double kUsed = 0.4;
+  constexpr double kAtBound = 0.98;
+  constexpr double kFull = 0.98;  // quantile: one frame is no range
+  const int n = calibration.response.num_controls();
+  std::vector<std::vector<double>> reach(static_cast<std::size_t>(n));
+  Eigen::VectorXd moved;
+  Eigen::MatrixXd slope;
+  for (const FrameEstimate& estimate : estimates) {
+    const Eigen::VectorXd& u = estimate.refined.controls;
+    calibration.response.displace(u, moved, &slope);
+    for (int i = 0; i < n; ++i) {
+      double along = 0.0;
+      double square = 0.0;
+      for (int c = 0; c < kNumContours && u[i] > kAtBound; ++c) {
+        if (!estimate.reading.displacements.usable[static_cast<std::size_t>(c)]) continue;
+        for (int k = first_node(c); k <= last_node(c); ++k) {
+          const Point2 m = slope.col(i).segment<2>(2 * k);
+          const Point2 left = estimate.reading.displacements.mm.col(k) - moved.segment<2>(2 * k);
+          along += m.dot(left);
+          square += m.squaredNorm();
+        }
+      }
+      const double beyond = square > 0.0 ? std::max(0.0, along / square) : 0.0;
+      reach[static_cast<std::size_t>(i)].push_back(u[i] + beyond);
+    }
+  }
+  std::vector<std::pair<std::string, double>> range;
+  for (int i = 0; i < n; ++i) {
+    std::vector<double>& values = reach[static_cast<std::size_t>(i)];
+    if (values.empty()) continue;
+    const auto at = values.begin() +
+                    static_cast<std::ptrdiff_t>(kFull * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), at, values.end());
+    if (*at < kUsed) continue;
+    const bool is_jaw = i == n - 1;
+    range.emplace_back(is_jaw ? "jaw" : calibration.response.muscles[static_cast<std::size_t>(i)],
+                       std::clamp(*at * calibration.gain[i],
+                                  PerformerProfile::kLeastRange,
+                                  PerformerProfile::kLargestRange));
+  }
+  return range;
 }
 
 double median_residual(const ContractionTrack& track) {
@@ -213,6 +264,7 @@ ContractionTrack retarget(const std::vector<ContourSet>& contours,
   report.millimetre_per_px = calibration.performer.millimetre_per_px;
   report.median_residual_px = median_residual(track);
   report.performer.neutral = calibration.neutral;
+  report.performer.range = range_of_motion(estimates, calibration);
   return track;
 }
 

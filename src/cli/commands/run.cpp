@@ -58,6 +58,7 @@ class RunCommand : public Command {
     const Stopwatch watch;
     read_truth();
     face_.check();
+    retargeting_.prepare();
     const OutputFolder folder(folder_);
     require_not_the_input(folder / "reconstruction.mp4", video_path_);
     { const VideoReader probe(video_path_); }  // a bad file is refused before any work begins
@@ -80,10 +81,11 @@ class RunCommand : public Command {
       append(notes, {face.remark});
       const Retargeted retargeted =
           retargeting_.retarget(tracked.contours, response, face.simulator, context);
-      write_contractions_csv(folder / "contractions.csv", retargeted.track);
+      retargeting_.write(retargeted, folder);
       session.muscles = retargeted.track.muscles;
       session.neutral_frame = retargeted.report.neutral_frame;
       session.stages.push_back(stage_of(retargeted.report, retargeted.figures));
+      append(notes, retargeted.remarks);
       append(notes, remarks(retargeted.report));
       stopped = context.stop();
       if (!stopped) {
