@@ -56,6 +56,7 @@ void CurveProbe::project(const CurvePoints& points,
                          const CurvePoints& velocity,
                          NodeStack& nodes_mm,
                          NodeStack& node_velocity) const {
+  constexpr int kRounds = 4;
   nodes_mm.setZero();
   node_velocity.setZero();
   for (int c = 0; c < kNumContours; ++c) {
@@ -74,7 +75,13 @@ void CurveProbe::project(const CurvePoints& points,
     }
     std::vector<Point2> nodes(static_cast<std::size_t>(num_nodes(c)));
     std::vector<Point2> velocities;
-    resample_by_arc_length(flat, flat_velocity, nodes, velocities);
+    // Nodes of a tracked contour are even along the line through themselves, not along the curve
+    // that it follows; a few rounds make these so, too.
+    for (int round = 0; round < kRounds; ++round) {
+      resample_by_arc_length(flat, flat_velocity, nodes, velocities);
+      flat = nodes;
+      flat_velocity = velocities;
+    }
     for (int k = 0; k < num_nodes(c); ++k) {
       nodes_mm.col(node_begin(c) + k) = nodes[static_cast<std::size_t>(k)];
       node_velocity.col(node_begin(c) + k) = velocities[static_cast<std::size_t>(k)];

@@ -10,7 +10,7 @@ namespace zygoma {
 namespace {
 
 // A muscle whose posterior is this close to its prior was not seen.
-constexpr double kObservedShare = 0.5;
+constexpr double kObservedShare = 0.33;
 constexpr double kLeastTimeSigma = 0.04;
 // Contours are weighted pessimistically, so that no estimate leans on one too far. Measured on
 // synthetic performers, errors are this share of what the posterior then says; evidence counts

@@ -428,9 +428,9 @@ bool Window::solve_free() {
       systems.size() == 1 ? ceres::DENSE_NORMAL_CHOLESKY : ceres::SPARSE_NORMAL_CHOLESKY;
   // Steps that run into a new bound creep; look at the held sets again before they cost much.
   options.max_num_iterations = std::min(6, scene.options.max_iterations - iterations);
-  options.function_tolerance = 1e-4;
-  options.parameter_tolerance = 1e-4;
-  options.gradient_tolerance = 1e-8;
+  options.function_tolerance = scene.options.tolerance;
+  options.parameter_tolerance = scene.options.tolerance;
+  options.gradient_tolerance = 1e-4 * scene.options.tolerance;
   options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;  // one thread, same bits
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
@@ -501,6 +501,7 @@ void RefineOptions::check() const {
   within("turn_acceleration_per_s2", turn_acceleration_per_s2, 0.01, 1e9);
   within("window_frames", window_frames, 1.0, 1000.0);
   within("lookahead_frames", lookahead_frames, 0.0, 1000.0);
+  within("tolerance", tolerance, 1e-15, 0.1);
   within("max_iterations", max_iterations, 1.0, 1000.0);
 }
 

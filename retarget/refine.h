@@ -47,7 +47,7 @@ struct RefineOptions {
   double tie_sigma = 0.4;            // [0.01, 1e6]; of the middle frontalis to the inner one
   double head_scale_sigma = 0.05;    // also of the roll, in rad; [1e-4, 10]
   double head_shift_sigma_mm = 5.0;  // [0.01, 1000]
-  double head_turn_sigma_rad = 0.04;  // yaw and pitch; [1e-4, 10]; large: turns explain expressions
+  double head_turn_sigma_rad = 0.03;  // yaw and pitch; [1e-4, 10]; large: turns explain expressions
   double relative_error = 0.25;       // [0, 10]; share by which one person's skin moves unlike
                                       // another's; small: large motions of skin the model does
                                       // not have pull at everything else
@@ -57,6 +57,7 @@ struct RefineOptions {
   double turn_acceleration_per_s2 = 4.0;  // of yaw and pitch, rad; [0.01, 1e9]
   int window_frames = 24;                 // solved together and kept; [1, 1000]
   int lookahead_frames = 8;  // solved with them and solved again in the next; [0, 1000]
+  double tolerance = 1e-4;   // relative change of cost or controls that ends it, [1e-15, 0.1]
   int max_iterations = 40;   // over all rounds of the active set; [1, 1000]
 
   void check() const;

@@ -39,6 +39,7 @@ double unexplained(const std::vector<ObservedFrame>& frames,
   options.refinement.fastest_per_s = 1e6;
   options.refinement.max_iterations = std::min(8, options.refinement.max_iterations);
   options.level = std::min(options.level, FaceLevel::kCorrected);
+  options.refine = true;
   FrameEstimator estimator(calibration, options, nullptr);
   const std::size_t count = std::min(kSample, frames.size());
   double sum = 0.0;
