@@ -32,6 +32,7 @@ const std::vector<Library> kLibraries{
     {"OpenCV imgproc", {"opencv2/imgproc"}},
     {"OpenCV video", {"opencv2/video.hpp", "opencv2/video/"}},
     {"OpenCV objdetect", {"opencv2/objdetect"}},
+    {"OpenCV face", {"opencv2/face"}},
     {"OpenCV imgcodecs", {"opencv2/imgcodecs"}},
     {"OpenCV videoio", {"opencv2/videoio"}},
     {"Eigen", {"Eigen/"}},
@@ -45,7 +46,7 @@ const std::vector<Library> kLibraries{
     {"Google Benchmark", {"benchmark/"}},
     {"Bullet", {"BulletCollision/", "BulletSoftBody/"}},
     {"SIMD intrinsics", {"immintrin.h"}},
-    {"POSIX", {"unistd.h", "sys/", "fcntl.h", "dlfcn.h", "spawn.h"}},
+    {"POSIX", {"unistd.h", "sys/", "fcntl.h", "dlfcn.h", "spawn.h", "malloc.h"}},
 };
 
 struct Room {
@@ -65,7 +66,7 @@ const std::vector<Room> kRooms{
     {"tracker",
      {"src/base"},
      {"OpenCV core", "Eigen"},
-     {"OpenCV imgproc", "OpenCV video", "OpenCV objdetect"}},
+     {"OpenCV imgproc", "OpenCV video", "OpenCV objdetect", "OpenCV face"}},
     {"face", {"src/base"}, {"Eigen"}, {"SIMD intrinsics"}},
     {"retarget", {"src/base", "tracker", "face"}, {"Eigen"}, {"Ceres"}},
     {"src/io",
@@ -110,6 +111,7 @@ const std::vector<Room> kRooms{
       "OpenCV imgproc",
       "OpenCV video",
       "OpenCV objdetect",
+      "OpenCV face",
       "OpenCV imgcodecs",
       "Eigen",
       "Ceres",

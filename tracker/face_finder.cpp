@@ -9,6 +9,7 @@
 
 #include "src/base/check.h"
 #include "tracker/face_chart.h"
+#include "tracker/landmark_finder.h"
 
 namespace zygoma {
 namespace {
@@ -69,25 +70,24 @@ Point2 median_point(std::vector<Point2> points) {
   return out;
 }
 
-}  // namespace
+class CascadeFinder : public FaceFinder {
+ public:
+  explicit CascadeFinder(const std::string& folder) {
+    const std::string place = cascade_folder(folder);
+    face_ = load(place, kFaceFile);
+    for (size_t i = 0; i < kEyeFiles.size(); ++i) eyes_[i] = load(place, kEyeFiles[i]);
+  }
 
-struct FaceFinder::Cascades {
-  cv::CascadeClassifier face;
-  std::array<cv::CascadeClassifier, 2> eyes;
+  // The largest face, px of the picture.
+  std::optional<cv::Rect2d> box_of(const cv::Mat& bgr);
+  std::optional<FaceEyes> find(const cv::Mat& image) override;
+
+ private:
+  cv::CascadeClassifier face_;
+  std::array<cv::CascadeClassifier, 2> eyes_;
 };
 
-FaceFinder::FaceFinder(const std::string& folder) : cascades_(std::make_unique<Cascades>()) {
-  const std::string place = cascade_folder(folder);
-  cascades_->face = load(place, kFaceFile);
-  for (size_t i = 0; i < kEyeFiles.size(); ++i) cascades_->eyes[i] = load(place, kEyeFiles[i]);
-}
-
-FaceFinder::~FaceFinder() = default;
-FaceFinder::FaceFinder(FaceFinder&&) noexcept = default;
-FaceFinder& FaceFinder::operator=(FaceFinder&&) noexcept = default;
-
-std::optional<FaceEyes> FaceFinder::find(const cv::Mat& image) {
-  const cv::Mat bgr = as_bgr(image);
+std::optional<cv::Rect2d> CascadeFinder::box_of(const cv::Mat& bgr) {
   if (bgr.empty() || std::min(bgr.cols, bgr.rows) < kSmallestFace) return std::nullopt;
   cv::Mat grey, small;
   cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
@@ -95,15 +95,24 @@ std::optional<FaceEyes> FaceFinder::find(const cv::Mat& image) {
       std::min(1.0, static_cast<double>(kSearchSide) / std::max(grey.cols, grey.rows));
   cv::resize(grey, small, cv::Size(), shrink, shrink, cv::INTER_AREA);
   std::vector<cv::Rect> faces;
-  cascades_->face.detectMultiScale(small, faces, 1.1, 3, 0, cv::Size(kSmallestFace, kSmallestFace));
+  face_.detectMultiScale(small, faces, 1.1, 3, 0, cv::Size(kSmallestFace, kSmallestFace));
   if (faces.empty()) return std::nullopt;
   // The cascade lists in no fixed order when it runs on several threads.
   const cv::Rect box =
       *std::max_element(faces.begin(), faces.end(), [](const cv::Rect& p, const cv::Rect& q) {
         return std::tie(p.width, p.y, p.x) < std::tie(q.width, q.y, q.x);
       });
-  const double width = box.width / shrink;
-  const Point2 corner{box.x / shrink, box.y / shrink};
+  return cv::Rect2d(box.x / shrink, box.y / shrink, box.width / shrink, box.height / shrink);
+}
+
+std::optional<FaceEyes> CascadeFinder::find(const cv::Mat& image) {
+  const cv::Mat bgr = as_bgr(image);
+  const std::optional<cv::Rect2d> box = box_of(bgr);
+  if (!box) return std::nullopt;
+  cv::Mat grey;
+  cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
+  const double width = box->width;
+  const Point2 corner{box->x, box->y};
 
   const cv::Rect upper = cv::Rect(static_cast<int>(corner.x()),
                                   static_cast<int>(corner.y() + 0.15 * width),
@@ -119,7 +128,7 @@ std::optional<FaceEyes> FaceFinder::find(const cv::Mat& image) {
     cv::Mat part;
     cv::resize(
         grey(upper), part, cv::Size(), zoom, zoom, zoom < 1.0 ? cv::INTER_AREA : cv::INTER_LINEAR);
-    for (cv::CascadeClassifier& cascade : cascades_->eyes) {
+    for (cv::CascadeClassifier& cascade : eyes_) {
       std::vector<cv::Rect> found;
       const int smallest = static_cast<int>(0.13 * side);
       const int largest = static_cast<int>(0.36 * side);
@@ -148,6 +157,17 @@ std::optional<FaceEyes> FaceFinder::find(const cv::Mat& image) {
     eyes.right_px = eyes.left_px - expected;
   }
   return eyes;
+}
+
+}  // namespace
+
+std::unique_ptr<FaceFinder> make_face_finder(const std::string& cascade_folder,
+                                             const std::string& landmark_model) {
+  if (landmark_model.empty()) return std::make_unique<CascadeFinder>(cascade_folder);
+  return make_landmark_finder(landmark_model, [&cascade_folder] {
+    const auto cascades = std::make_shared<CascadeFinder>(cascade_folder);
+    return [cascades](const cv::Mat& bgr) { return cascades->box_of(bgr); };
+  });
 }
 
 }  // namespace zygoma

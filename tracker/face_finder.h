@@ -1,7 +1,8 @@
-// Finds the face and its two eyes in a single picture, with OpenCV's boosted Haar cascades.
+// Finds the face and its two eyes in a single picture.
 //
-// Used only to start and to recover. The cascades are data of the OpenCV package; nothing is
-// trained here. An eye that no cascade finds is placed from the proportions of the face box.
+// Used only to start and to recover. Usually by OpenCV's boosted Haar cascades, which are data of
+// the OpenCV package: nothing is trained here, and an eye that no cascade finds is placed from the
+// proportions of the face box. A landmark model of the user (landmark_finder.h) sees more.
 #pragma once
 
 #include <memory>
@@ -9,31 +10,28 @@
 #include <optional>
 #include <string>
 
-#include "tracker/contour_set.h"
+#include "tracker/landmarks.h"
 
 namespace zygoma {
 
 struct FaceEyes {
-  Point2 right_px;  // eye centres, the subject's sides
-  Point2 left_px;
-  bool both_seen = false;  // by an eye cascade, not by proportion
+  Point2 right_px = Point2::Zero();  // eye centres, the subject's sides
+  Point2 left_px = Point2::Zero();
+  bool both_seen = false;  // themselves, not by proportion
+  std::optional<Landmarks> landmarks = {};
 };
 
 class FaceFinder {
  public:
-  // `folder` holds OpenCV's haarcascade_*.xml; empty: the places where packages put them. Throws
-  // InputError if the folder lacks one of them.
-  explicit FaceFinder(const std::string& folder);
-  ~FaceFinder();
-  FaceFinder(FaceFinder&&) noexcept;
-  FaceFinder& operator=(FaceFinder&&) noexcept;
-
+  virtual ~FaceFinder() = default;
   // The largest face of an 8-bit picture.
-  std::optional<FaceEyes> find(const cv::Mat& image);
-
- private:
-  struct Cascades;
-  std::unique_ptr<Cascades> cascades_;
+  virtual std::optional<FaceEyes> find(const cv::Mat& image) = 0;
 };
+
+// `cascade_folder` holds OpenCV's haarcascade_*.xml; empty: the places where packages put them.
+// `landmark_model` is a file of the user; empty: none. Throws InputError naming what is missing or
+// cannot be used.
+std::unique_ptr<FaceFinder> make_face_finder(const std::string& cascade_folder,
+                                             const std::string& landmark_model = {});
 
 }  // namespace zygoma

@@ -126,20 +126,20 @@ Mouth follow_mouth(const Evidence& evidence, const Mouth& last, const Mouth& res
   smile.p[Mouth::kHeight] -= 0.1;
   smile.p[Mouth::kHalfWidth] += 0.1;
   smile.p[Mouth::kBend] += 0.06;
-  // Every start climbs as far as coarse steps go; only the best of them all the way.
-  std::vector<double> best;
-  double best_fit = -1e300;
-  for (const std::vector<double>* start : {&last.p,
-                                           &rest.p,
-                                           static_cast<const std::vector<double>*>(&open.p),
-                                           static_cast<const std::vector<double>*>(&smile.p)}) {
-    std::vector<double> p = climb(family, *start, kCoarse, 0.4 * kCoarse);
-    const double fit = shape_score(family, p);
-    if (fit > best_fit) {
-      best_fit = fit;
-      best = std::move(p);
+  // Two starts climb as far as coarse steps go: where the mouth was, and the best of the others. The
+  // better of the two climbs all the way.
+  const std::vector<double>* other = &rest.p;
+  double other_fit = shape_score(family, rest.p);
+  for (const Mouth* mouth : {&open, &smile}) {
+    const double fit = shape_score(family, mouth->p);
+    if (fit > other_fit) {
+      other_fit = fit;
+      other = &mouth->p;
     }
   }
+  std::vector<double> best = climb(family, last.p, kCoarse, 0.4 * kCoarse);
+  std::vector<double> rival = climb(family, *other, kCoarse, 0.4 * kCoarse);
+  if (shape_score(family, rival) > shape_score(family, best)) best = std::move(rival);
   return {climb(family, best, 0.25 * kCoarse, 0.005)};
 }
 

@@ -31,8 +31,9 @@ constexpr double kLeastEyeDistance = 12.0;  // px
 constexpr double kLidShare = 0.8;           // of the model of the lid, the rest is flow
 constexpr double kChinFollowsLip = 0.8;     // share of the lower lip's motion
 constexpr double kFurrowPull = 0.2;         // per frame, at the lower end
-constexpr double kClearEdge = 0.25;  // evidence, of which one is the strongest edges of the face
-constexpr double kSameScene = 0.5;   // correlation of the middle of the face, frame to frame
+constexpr double kClearEdge = 0.25;    // evidence, of which one is the strongest edges of the face
+constexpr double kPriorQuality = 0.5;  // as flow that was seen fairly well
+constexpr double kSameScene = 0.5;     // correlation of the middle of the face, frame to frame
 
 Part part_of(size_t feature) {
   switch (feature) {
@@ -153,6 +154,7 @@ void TrackerOptions::check() const {
   require(max_coast_frames >= 0 && max_coast_frames <= 1000,
           "tracker: max_coast_frames must be in [0, 1000]");
   require(flow_hold >= 0.0 && flow_hold <= 100.0, "tracker: flow_hold must be in [0, 100]");
+  require(prior_share >= 0.0 && prior_share <= 1.0, "tracker: prior_share must be in [0, 1]");
   require(new_look_correlation > 0.0 && new_look_correlation < 1.0,
           "tracker: new_look_correlation must be in (0, 1)");
 }
@@ -162,8 +164,9 @@ struct Tracker::Impl {
 
   TrackerOptions options;
   TrackReport report;
-  std::optional<FaceFinder> finder;
+  std::shared_ptr<FaceFinder> finder;
   std::optional<ContourSet> given;  // by start_from, for the next frame
+  std::optional<ContourSet> prior;  // by set_prior, for the next frame
 
   bool tracking = false;
   bool started_by_hand = false;
@@ -191,11 +194,13 @@ struct Tracker::Impl {
   bool start_from_given(const Frame& frame);
   void recover(const Frame& frame);
   void look_again(const Frame& frame);
+  void restart_at(const Frame& frame, const FaceEyes& eyes);
   void restart_from(const FaceChart& chart, const ContourNodes& given_nodes = {});
   bool follow(const Frame& frame);
   std::vector<Point2> follow_chin(const FaceChart& chart, double& sight) const;
   bool follow_head(const Frame& frame, FaceChart& chart);
   void follow_contours(const FaceChart& chart);
+  ContourNodes nodes_in_chart(const ContourSet& set, const Similarity& image_from_chart) const;
   void judge(const Evidence& evidence,
              const std::array<std::vector<double>, kNumFeatures>& quality);
   void remember(const FaceChart& chart);
@@ -203,12 +208,33 @@ struct Tracker::Impl {
 };
 
 bool Tracker::Impl::start(const Frame& frame) {
-  if (!finder) finder.emplace(options.cascade_folder);
+  if (!finder) finder = make_face_finder(options.cascade_folder, options.landmark_model);
   const std::optional<FaceEyes> eyes = finder->find(frame.image);
   if (!eyes) return false;
-  restart_from(make_face_chart(frame.image, image_from_chart(eyes->right_px, eyes->left_px)));
+  restart_at(frame, *eyes);
   started_by_hand = false;
   return true;
+}
+
+void Tracker::Impl::restart_at(const Frame& frame, const FaceEyes& eyes) {
+  const Similarity place = image_from_chart(eyes.right_px, eyes.left_px);
+  ContourNodes marked;
+  if (eyes.landmarks) marked = nodes_in_chart(contours_from_landmarks(*eyes.landmarks), place);
+  restart_from(make_face_chart(frame.image, place), marked);
+}
+
+// The contours of a picture that are there, in chart px and with the schema's numbers of nodes.
+ContourNodes Tracker::Impl::nodes_in_chart(const ContourSet& set,
+                                           const Similarity& image_from_chart) const {
+  const Similarity chart_from_image = image_from_chart.inverse();
+  ContourNodes nodes;
+  for (size_t f = 0; f < kNumFeatures; ++f) {
+    const Contour* contour = set.visible(kFeatureSchema[f].name);
+    if (contour == nullptr || contour->points_px.size() < 2) continue;
+    nodes[f] = resample(contour->points_px, kFeatureSchema[f].num_nodes);
+    for (Point2& p : nodes[f]) p = chart_from_image.apply(p);
+  }
+  return nodes;
 }
 
 // The user's contours: where they are gives the head, they themselves stay, the rest is placed.
@@ -256,7 +282,7 @@ void Tracker::Impl::look_again(const Frame& frame) {
   const std::optional<FaceEyes> eyes = finder->find(frame.image);
   if (!eyes) return;
   const int frames = age;
-  restart_from(make_face_chart(frame.image, image_from_chart(eyes->right_px, eyes->left_px)));
+  restart_at(frame, *eyes);
   age = frames;
 }
 
@@ -288,6 +314,7 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
   sharpness = sharpness_of(chart);
   age = 0;
   coasted = 0;
+  report.started = true;
 }
 
 // Takes the head's motion off: on return `chart` shows the face where the last chart showed it.
@@ -431,6 +458,15 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
       target[f][i] += options.model_share * (model[i] - target[f][i]);
     }
   }
+  if (prior) {
+    const ContourNodes wanted = nodes_in_chart(*prior, chart.image_from_chart);
+    for (size_t f = 0; f < kNumFeatures; ++f) {
+      for (size_t i = 0; i < wanted[f].size(); ++i) {
+        target[f][i] += options.prior_share * (wanted[f][i] - target[f][i]);
+        quality[f][i] = std::max(quality[f][i], kPriorQuality);
+      }
+    }
+  }
   join_lip_ends(target);
   const MouthCorners corners =
       seam.refine(chart.grey, {target[kUpperLip].front(), target[kUpperLip].back()});
@@ -562,6 +598,7 @@ Tracker::Tracker(Tracker&&) noexcept = default;
 Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 
 void Tracker::start_from(const ContourSet& initial) { impl_->given = initial; }
+void Tracker::set_prior(const ContourSet& prior) { impl_->prior = prior; }
 
 ContourSet Tracker::track(const Frame& frame) {
   Impl& impl = *impl_;
@@ -576,6 +613,7 @@ ContourSet Tracker::track(const Frame& frame) {
   } else {
     impl.tracking = false;
   }
+  impl.prior.reset();
   ContourSet set = impl.result(frame);
   impl.report.face_found = impl.tracking;
   for (const Contour& contour : set.contours) impl.report.num_lost += contour.lost() ? 1 : 0;
@@ -583,6 +621,17 @@ ContourSet Tracker::track(const Frame& frame) {
 }
 
 const TrackReport& Tracker::report() const { return impl_->report; }
+
+Tracker Tracker::looking_back() const {
+  Tracker copy;
+  *copy.impl_ = *impl_;
+  Impl& impl = *copy.impl_;
+  impl.given.reset();
+  impl.started_by_hand = true;  // nothing is to be mended in its first second
+  for (auto& list : impl.keyframes) list.clear();
+  if (impl.tracking) impl.remember(impl.last);
+  return copy;
+}
 
 const Similarity* Tracker::head() const {
   return impl_->tracking ? &impl_->last.image_from_chart : nullptr;

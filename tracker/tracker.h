@@ -14,6 +14,7 @@ namespace zygoma {
 
 struct TrackerOptions {
   std::string cascade_folder;  // OpenCV's haarcascades; empty: the places where packages put them
+  std::string landmark_model;  // of the user (landmark_finder.h); empty: the cascades find the face
   // Frames in a row that may go by without sight of the face before its contours are given up,
   // [0, 1000]. Small: a hand before the face ends the track; large: a scene cut is noticed late.
   int max_coast_frames = 3;
@@ -23,6 +24,9 @@ struct TrackerOptions {
   // Share of the mouth model in where the lip contours are drawn to before they relax, the rest is
   // optical flow's, [0, 1]. Small: lips slip to inner edges; large: only symmetric mouths.
   double model_share = 0.5;
+  // Share of a prior (set_prior) in where contours are drawn to before they relax, [0, 1]. Small:
+  // it hardly helps; large: its noise stays.
+  double prior_share = 0.35;
   // The start is made again, once or twice in its first second, when the face has become sharper by
   // this factor, > 1. Small: a needless jump; large: a start on blocky frames is never mended.
   double sharper = 1.2;
@@ -37,6 +41,7 @@ struct TrackerOptions {
 // How the last frame went; data, never an exception.
 struct TrackReport {
   bool face_found = false;
+  bool started = false;      // all contours were placed anew
   int num_lost = 0;          // contours without a position in this frame
   int relax_iterations = 0;  // summed over contours
 };
@@ -52,10 +57,18 @@ class Tracker {
   // missing are placed by the template fitted to those given.
   void start_from(const ContourSet& initial);
 
+  // Where another tracker sees the contours of the next frame: they are drawn there, and the
+  // picture refines. Contours that are missing or lost are not drawn anywhere.
+  void set_prior(const ContourSet& prior);
+
   // The contours of the next frame. Until a face is found, a set whose contours are all lost.
   ContourSet track(const Frame& frame);
 
   const TrackReport& report() const;
+
+  // A tracker in the same state that has forgotten all looks but the last: to follow the frames in
+  // reverse.
+  Tracker looking_back() const;
 
   // Where the face was in the last frame, image from chart; null if it was not found.
   const Similarity* head() const;

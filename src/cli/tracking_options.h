@@ -13,12 +13,19 @@ class TrackingOptions {
  public:
   void declare(OptionSink& options);
 
+  // The video or the numbered pictures of that name.
+  VideoSource source(const std::string& video_path) const;
+
   // Tracks the video; throws InputError when no frame of it shows a face.
-  TrackedVideo track(const std::string& video_path, RunContext& context) const;
+  TrackedVideo track(const VideoSource& source, RunContext& context, TrackLimits limits = {}) const;
 
  private:
+  double frames_per_s_ = 0.0;
   TrackerOptions tracker_;
   std::string init_path_;
+  std::string landmarks_path_;
+  std::string landmarks_as_ = "start";
+  std::string second_look_ = "start";
   std::string corrections_path_;
 };
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <filesystem>
 #include <limits>
 #include <new>
 #include <opencv2/core.hpp>
@@ -13,6 +12,7 @@ extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
 #include <libavutil/display.h>
+#include <libavutil/time.h>
 #include <libswscale/swscale.h>
 }
 
@@ -24,28 +24,13 @@ extern "C" {
 namespace zygoma {
 namespace {
 
-constexpr const char* kExpected = ", expected a video file (MP4, MOV, AVI, MKV, WebM, MPEG ...)";
 constexpr double kFallbackFramesPerSecond = 30.0;
 constexpr double kLargestCredibleRate = 1000.0;
 constexpr double kLargestCredibleCount = 1e8;
+// How long a camera may be silent: ten seconds.
+constexpr unsigned kWait_us = 2000;
+constexpr int kMostWaits = 5000;
 constexpr double kNoStamp = std::numeric_limits<double>::quiet_NaN();
-
-struct CloseContainer {
-  void operator()(AVFormatContext* container) const { avformat_close_input(&container); }
-};
-
-void require_readable(const std::string& path) {
-  std::error_code failure;
-  const auto status = std::filesystem::status(path, failure);
-  require(std::filesystem::exists(status), path + ": no such file" + kExpected);
-  require(!std::filesystem::is_directory(status), path + ": is a folder" + kExpected);
-  const bool is_stream =
-      std::filesystem::is_regular_file(status) || std::filesystem::is_fifo(status);
-  require(is_stream, path + ": is not a regular file" + kExpected);
-  const bool is_empty = std::filesystem::is_regular_file(status) &&
-                        std::filesystem::file_size(path, failure) == 0 && !failure;
-  require(!is_empty, path + ": is empty" + kExpected);
-}
 
 // FFmpeg draws text files whose name says so (.txt, .nfo) as pictures of a terminal.
 bool is_text_art(AVCodecID codec) {
@@ -95,16 +80,13 @@ int about_num_frames(const AVFormatContext& container, const AVStream& stream, d
 // The pictures of the first video stream, one after the other, as they are stored.
 class Decoder {
  public:
-  // False when this is not a video that can be decoded.
-  bool open(const std::string& path) {
-    AVDictionary* options = nullptr;
-    av_dict_set(&options, "protocol_whitelist", "file", 0);  // a playlist must not call the network
-    AVFormatContext* opened = nullptr;
-    const int status = avformat_open_input(&opened, path.c_str(), nullptr, &options);
-    av_dict_free(&options);
-    if (status < 0) return false;
-    container_.reset(opened);
-    if (avformat_find_stream_info(container_.get(), nullptr) < 0) return false;
+  // False when there is nothing in it that can be decoded.
+  bool open(OpenedSource source, bool is_camera) {
+    container_ = std::move(source.container);
+    num_pictures_ = source.num_pictures;
+    is_live_ = is_camera;
+    // A camera has said all there is to know; looking at its pictures would cost the first ones.
+    if (!is_camera && avformat_find_stream_info(container_.get(), nullptr) < 0) return false;
     return open_stream();
   }
 
@@ -129,6 +111,10 @@ class Decoder {
 
   AVFormatContext* container() const { return container_.get(); }
   AVStream* stream() const { return stream_; }
+  int num_pictures() const { return num_pictures_; }
+
+  // Asked while a camera has no picture yet; true ends the reading.
+  StopQuestion stop;
 
  private:
   bool open_stream() {
@@ -155,7 +141,7 @@ class Decoder {
   // news before.
   bool feed() {
     if (drained_) return false;
-    while (av_read_frame(container_.get(), packet_.get()) >= 0) {
+    while (read_packet()) {
       const bool ours = packet_->stream_index == stream_->index;
       if (ours) avcodec_send_packet(codec_.get(), packet_.get());  // damaged ones are its business
       av_packet_unref(packet_.get());
@@ -166,11 +152,23 @@ class Decoder {
     return true;
   }
 
+  // A camera without a picture is asked again until it has one, for some seconds.
+  bool read_packet() {
+    for (int waits = 0;; ++waits) {
+      const int status = av_read_frame(container_.get(), packet_.get());
+      if (status != AVERROR(EAGAIN) || !is_live_) return status >= 0;
+      if (waits == kMostWaits || (stop && stop())) return false;
+      av_usleep(kWait_us);
+    }
+  }
+
   std::unique_ptr<AVFormatContext, CloseContainer> container_;
   std::unique_ptr<AVCodecContext, FreeCodec> codec_;
   std::unique_ptr<AVFrame, FreeFrame> frame_;
   std::unique_ptr<AVPacket, FreePacket> packet_;
   AVStream* stream_ = nullptr;
+  int num_pictures_ = 0;  // 0: not known
+  bool is_live_ = false;
   bool drained_ = false;
 };
 
@@ -273,6 +271,7 @@ struct VideoReader::Impl {
   double first_stamp_s = 0.0;
   int num_read = 0;
   bool at_end = false;
+  bool is_numbered = false;  // pictures: their time is their number over a rate
 
   bool decode(cv::Mat& image, double& stamp_s) {
     const AVFrame* picture = decoder.next();
@@ -283,12 +282,18 @@ struct VideoReader::Impl {
     return true;
   }
 
-  void describe(const std::string& path) {
+  void describe(const VideoSource& source) {
     AVStream* stream = decoder.stream();
-    info.path = path;
-    info.average_frames_per_s = average_rate(decoder.container(), stream);
-    info.about_num_frames =
-        about_num_frames(*decoder.container(), *stream, info.average_frames_per_s);
+    is_numbered = decoder.num_pictures() > 0;
+    info.path = source.path;
+    const bool rate_given = source.frames_per_s > 0.0 && !source.is_camera;
+    info.average_frames_per_s =
+        rate_given ? source.frames_per_s : average_rate(decoder.container(), stream);
+    info.about_num_frames = decoder.num_pictures();
+    if (!is_numbered && !source.is_camera) {
+      info.about_num_frames =
+          about_num_frames(*decoder.container(), *stream, info.average_frames_per_s);
+    }
     info.rotation_deg = rotation_tag_deg(*stream);
     const double aspect =
         av_q2d(av_guess_sample_aspect_ratio(decoder.container(), stream, nullptr));
@@ -298,16 +303,18 @@ struct VideoReader::Impl {
   }
 };
 
-VideoReader::VideoReader(const std::string& path) : impl_(std::make_unique<Impl>()) {
-  require_readable(path);
+VideoReader::VideoReader(const VideoSource& source, const StopQuestion& stop)
+    : impl_(std::make_unique<Impl>()) {
   silence_video_library();
-  // The absolute name, because FFmpeg takes "take1:2.mp4" for an address.
-  require(impl_->decoder.open(std::filesystem::absolute(path).string()),
-          path + ": cannot be read as a video (another kind of file, or cut off before its index)" +
-              kExpected);
-  impl_->describe(path);
+  impl_->decoder.stop = stop;
+  require(impl_->decoder.open(open_source(source), source.is_camera),
+          source.path +
+              ": cannot be read as a video (another kind of file, or cut off before its index)" +
+              kExpectedVideo);
+  impl_->describe(source);
   require(impl_->decode(impl_->first_picture, impl_->first_stamp_s),
-          path + ": no picture in it can be decoded" + kExpected);
+          source.is_camera ? source.path + ": gives no picture, expected a camera that does"
+                           : source.path + ": no picture in it can be decoded" + kExpectedVideo);
   impl_->info.width_px = impl_->first_picture.cols;
   impl_->info.height_px = impl_->first_picture.rows;
   impl_->clock = VideoClock(impl_->info.average_frames_per_s);
@@ -334,7 +341,7 @@ bool VideoReader::read(Frame& frame) {
 
 const std::vector<int>& VideoReader::repaired_timestamps() const { return impl_->clock.repaired(); }
 
-bool VideoReader::has_time_stamps() const { return impl_->clock.has_time(); }
+bool VideoReader::has_time_stamps() const { return !impl_->is_numbered && impl_->clock.has_time(); }
 
 bool VideoReader::ended_early() const {
   // Containers overstate by a few frames (Matroska: 122 for 120), so a little less is no sign.

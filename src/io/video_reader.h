@@ -1,8 +1,9 @@
-// Decodes a video file with FFmpeg, strictly in order.
+// Decodes a video file, numbered pictures or a camera with FFmpeg, strictly in order.
 //
 // Time comes from the container: the stamp of each picture. Stamps that do not increase continue
 // with the last step and are counted as repaired; raw streams without time fall back to
-// index / rate. Frame count and rate of the container are hints only. Rotation tags are applied.
+// index / rate, and numbered pictures have no other time. Frame count and rate of the container are
+// hints only. Rotation tags are applied.
 //
 // FFmpeg itself and not OpenCV on top of it, because OpenCV 4.6 loses the stamps of the last
 // pictures of H.264 files, turns telephones' portrait videos the wrong way, ignores the colour
@@ -14,6 +15,8 @@
 #include <string>
 #include <vector>
 
+#include "src/base/stop.h"
+#include "src/io/video_source.h"
 #include "tracker/frame.h"
 
 namespace zygoma {
@@ -30,8 +33,9 @@ struct VideoInfo {
 
 class VideoReader {
  public:
-  // Throws InputError naming the file: missing, not a video, no picture in it.
-  explicit VideoReader(const std::string& path);
+  // Throws InputError naming the source: missing, not a video, no picture in it. `stop` is asked
+  // while a camera has no picture yet.
+  explicit VideoReader(const VideoSource& source, const StopQuestion& stop = {});
   ~VideoReader();
   VideoReader(VideoReader&&) noexcept;
 
@@ -42,7 +46,7 @@ class VideoReader {
 
   // Indices of frames whose time stamp had to be repaired.
   const std::vector<int>& repaired_timestamps() const;
-  // False for a raw stream: all stamps are index / rate, and the rate is a guess.
+  // False for a raw stream and for numbered pictures: all times are index / rate.
   bool has_time_stamps() const;
   // True when reading ended clearly before the container's claim (a truncated file).
   bool ended_early() const;

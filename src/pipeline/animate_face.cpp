@@ -49,7 +49,7 @@ class PerformancePanel {
  public:
   // height_px 0: the video's own, within reason.
   PerformancePanel(const Performance& performance, int height_px)
-      : performance_(performance), reader_(performance.video_path) {
+      : performance_(performance), reader_(performance.video) {
     const VideoInfo& info = reader_.info();
     if (height_px == 0) height_px = std::clamp(info.height_px, 240, 720);
     scale_ = static_cast<double>(height_px) / info.height_px;
@@ -68,7 +68,7 @@ class PerformancePanel {
       cv::resize(frame_.image, panel, size_, 0.0, 0.0, how);
     }
     if (next_ < performance_.contours.size()) {
-      draw_contours(performance_.contours[next_++], scale_, panel);
+      draw_contours(performance_.contours[next_++], enlargement(scale_), {}, panel);
     }
     return panel;
   }

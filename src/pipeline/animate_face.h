@@ -10,6 +10,7 @@
 #include "face/generic_head.h"
 #include "face/simulator.h"
 #include "src/base/stop.h"
+#include "src/io/video_source.h"
 #include "src/io/video_writer.h"
 #include "src/pipeline/stage_figures.h"
 #include "src/pipeline/stage_observer.h"
@@ -22,7 +23,7 @@ namespace zygoma {
 
 // The performer's video and its contours, drawn to the left of the face.
 struct Performance {
-  std::string video_path;
+  VideoSource video;
   std::vector<ContourSet> contours;  // one per frame of the track
 };
 

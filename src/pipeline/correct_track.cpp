@@ -23,7 +23,7 @@ void correct_track(const std::vector<Correction>& corrections,
   if (ranges.empty() || tracked.stopped) return;
   const Stopwatch watch;
   observer.begin("correct", ranges.back().last + 1);
-  VideoReader reader(tracked.info.path);
+  VideoReader reader(tracked.source);
   Frame frame;
   std::vector<FaceChart> charts;
   auto range = ranges.begin();

@@ -8,10 +8,24 @@ namespace {
 
 constexpr int kSubPixelShift = 4;  // cv::polylines takes fixed-point coordinates
 
-cv::Scalar confidence_colour(double confidence) {
-  const double c = std::clamp(confidence, 0.0, 1.0);
-  // Red (0) to yellow (0.5) to green (1), in BGR.
-  return {40.0, 255.0 * std::min(1.0, 2.0 * c), 255.0 * std::min(1.0, 2.0 - 2.0 * c)};
+// Viridis, from 0 to 1 in 256 steps.
+cv::Mat colour_scale() {
+  cv::Mat steps(1, 256, CV_8UC1);
+  for (int i = 0; i < 256; ++i) steps.at<unsigned char>(0, i) = static_cast<unsigned char>(i);
+  cv::Mat colours;
+  cv::applyColorMap(steps, colours, cv::COLORMAP_VIRIDIS);
+  return colours;
+}
+
+cv::Scalar rim_of(const cv::Scalar& colour) {
+  const double luminance = 0.07 * colour[0] + 0.72 * colour[1] + 0.21 * colour[2];
+  return luminance > 60.0 ? cv::Scalar(25, 22, 20) : cv::Scalar(205, 205, 205);
+}
+
+cv::Point fixed_point(const Point2& p) {
+  constexpr double kUnit = 1 << kSubPixelShift;
+  return {static_cast<int>(std::lround(p.x() * kUnit)),
+          static_cast<int>(std::lround(p.y() * kUnit))};
 }
 
 // "occipitofrontalis_inner_L" -> "occipitofrontalis inner": the pair's name, or nothing for _R.
@@ -48,22 +62,41 @@ std::string short_name(std::string name) {
 
 }  // namespace
 
-void draw_contours(const ContourSet& contours, double scale, cv::Mat& bgr) {
-  const double fixed = scale * (1 << kSubPixelShift);
-  const double centre = 0.5 * (scale - 1.0) * (1 << kSubPixelShift);  // pixel centres, not corners
+cv::Scalar confidence_colour(double confidence) {
+  static const cv::Mat scale = colour_scale();
+  const int step = static_cast<int>(std::lround(255.0 * std::clamp(confidence, 0.0, 1.0)));
+  const auto& colour = scale.at<cv::Vec3b>(0, step);
+  return {static_cast<double>(colour[0]),
+          static_cast<double>(colour[1]),
+          static_cast<double>(colour[2])};
+}
+
+void draw_contours(const ContourSet& contours,
+                   const Similarity& canvas_from_image,
+                   const ContourStyle& style,
+                   cv::Mat& bgr) {
+  std::vector<cv::Point> line;
   for (const Contour& contour : contours.contours) {
     if (contour.lost()) continue;
-    std::vector<cv::Point> line;
-    line.reserve(contour.points_px.size());
+    line.clear();
     for (const Point2& p : contour.points_px) {
-      line.emplace_back(static_cast<int>(std::lround(p.x() * fixed + centre)),
-                        static_cast<int>(std::lround(p.y() * fixed + centre)));
+      line.push_back(fixed_point(canvas_from_image.apply(p)));
     }
-    cv::polylines(bgr, line, false, {20, 20, 20}, 3, cv::LINE_AA, kSubPixelShift);
-    cv::polylines(
-        bgr, line, false, confidence_colour(contour.confidence), 1, cv::LINE_AA, kSubPixelShift);
+    const cv::Scalar colour = confidence_colour(contour.confidence);
+    const cv::Scalar rim = rim_of(colour);
+    const auto stroke = [&](const cv::Scalar& ink, int width_px, int dot_px) {
+      cv::polylines(bgr, line, false, ink, width_px, cv::LINE_AA, kSubPixelShift);
+      if (!style.nodes) return;
+      for (const cv::Point& p : line) {
+        cv::circle(bgr, p, dot_px << kSubPixelShift, ink, cv::FILLED, cv::LINE_AA, kSubPixelShift);
+      }
+    };
+    stroke(rim, style.width_px + 1, style.width_px + 2);
+    stroke(colour, style.width_px, style.width_px + 1);
   }
 }
+
+Similarity enlargement(double scale) { return {scale, 0.0, Point2::Constant(0.5 * (scale - 1.0))}; }
 
 ContractionBars::ContractionBars(const std::vector<std::string>& muscles, cv::Size size_px)
     : num_muscles_(muscles.size()), background_(size_px, CV_8UC3, cv::Scalar(38, 35, 32)) {

@@ -1,5 +1,8 @@
-// Draws contours over a picture, coloured by confidence (green: sure, yellow: doubtful, red: hardly
-// anything), and contraction bars.
+// What is drawn over pictures: contours coloured by confidence, and contraction bars.
+//
+// The colours run from dark violet (hardly anything) over green to yellow (sure): viridis, whose
+// steps look equally large, which keeps its order in grey, and which the colour-blind can read.
+// A rim, dark around bright lines and bright around dark ones, sets them off from skin and hair.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -7,12 +10,26 @@
 #include <vector>
 
 #include "face/contractions.h"
-#include "tracker/contour_set.h"
+#include "tracker/head_frame.h"
 
 namespace zygoma {
 
-// `scale` maps contour pixels to pixels of `bgr`.
-void draw_contours(const ContourSet& contours, double scale, cv::Mat& bgr);
+// BGR of a confidence in [0, 1].
+cv::Scalar confidence_colour(double confidence);
+
+struct ContourStyle {
+  int width_px = 1;
+  bool nodes = false;  // a dot on each, to see whether they slide along
+};
+
+// `canvas_from_image` maps contour pixels to pixels of `bgr`.
+void draw_contours(const ContourSet& contours,
+                   const Similarity& canvas_from_image,
+                   const ContourStyle& style,
+                   cv::Mat& bgr);
+
+// The picture enlarged by `scale`: pixel centres stay centres.
+Similarity enlargement(double scale);
 
 // A panel with one row per muscle pair (left and right bars) and one for the jaw. The labels are
 // drawn once.

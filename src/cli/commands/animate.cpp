@@ -49,7 +49,7 @@ class AnimateCommand : public Command {
     std::optional<Performance> performance;
     if (!video_path_.empty()) {
       performance.emplace();
-      performance->video_path = video_path_;
+      performance->video = video_path_;
       if (!contours_path_.empty()) performance->contours = read_contours_csv(contours_path_);
     }
     AssembledFace face = face_.assemble(&track);

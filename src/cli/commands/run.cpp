@@ -6,6 +6,7 @@
 #include <ostream>
 
 #include "retarget/measure_response.h"
+#include "src/base/check.h"
 #include "src/cli/command.h"
 #include "src/cli/face_options.h"
 #include "src/cli/retarget_options.h"
@@ -34,7 +35,7 @@ class RunCommand : public Command {
            "in one";
   }
   std::string details() const override {
-    return "Writes into the folder: contours.csv (the nine contours in every frame, pixels), "
+    return "Writes into the folder: contours.csv (the contours in every frame, pixels), "
            "contractions.csv (muscles and jaw in every frame, 0 to 1), reconstruction.mp4 (the "
            "video with its contours, the animated face, a bar per muscle) and session.json "
            "(options, versions, times).";
@@ -42,8 +43,10 @@ class RunCommand : public Command {
   std::string example() const override { return "clip.mp4 -o result"; }
   int rank() const override { return 1; }
   void declare(OptionSink& options) override {
-    options.positional(
-        "VIDEO", video_path_, "any file FFmpeg reads, showing a face from the front");
+    options.positional("VIDEO",
+                       video_path_,
+                       "any file FFmpeg reads, or numbered pictures such as frames/%04d.png, "
+                       "showing a face from the front");
     options.text("-o,--output", folder_, "FOLDER", "where the results go; made if missing");
     tracking_.declare(options);
     retargeting_.declare(options);
@@ -61,7 +64,10 @@ class RunCommand : public Command {
     retargeting_.prepare();
     const OutputFolder folder(folder_);
     require_not_the_input(folder / "reconstruction.mp4", video_path_);
-    { const VideoReader probe(video_path_); }  // a bad file is refused before any work begins
+    const VideoSource source = tracking_.source(video_path_);
+    require(can_be_read_again(source),
+            video_path_ + ": can be read once only, expected a file; zygoma track records it");
+    { const VideoReader probe(source); }  // a bad file is refused before any work begins
     Session session = begin_session(name(), context);
 
     std::atomic<bool> abandoned{false};
@@ -69,7 +75,7 @@ class RunCommand : public Command {
         std::launch::async, [&] { return prepare_face([&] { return abandoned.load(); }); });
     // Whatever ends this run early, a video without a face or a stop, ends the preparation too.
     const OnLeaving abandon{[&] { abandoned = true; }};
-    const TrackedVideo tracked = tracking_.track(video_path_, context);
+    const TrackedVideo tracked = tracking_.track(source, context);
     write_contours_csv(folder / "contours.csv", tracked.contours);
     session.source = source_of(tracked);
     session.stages.push_back(stage_of(tracked));
@@ -92,7 +98,7 @@ class RunCommand : public Command {
         const AnimationReport animation = animate_face(retargeted.track,
                                                        face.simulator,
                                                        face.anatomy,
-                                                       Performance{video_path_, tracked.contours},
+                                                       Performance{source, tracked.contours},
                                                        folder / "reconstruction.mp4",
                                                        animation_.animate_options(),
                                                        context.progress,

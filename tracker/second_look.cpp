@@ -1,0 +1,83 @@
+#include "tracker/second_look.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "src/base/check.h"
+#include "tracker/face_chart.h"
+
+namespace zygoma {
+namespace {
+
+constexpr double kRamp = 6.0;  // frames
+
+// Weight of the backward track at `place` of `count` frames.
+double backward_weight(size_t place, size_t count, bool first_stretch) {
+  const auto from_start = static_cast<double>(place);
+  const auto from_end = static_cast<double>(count - 1 - place);
+  if (first_stretch) return from_end / static_cast<double>(count - 1);
+  return 0.5 * std::min({1.0, (from_start + 1.0) / kRamp, from_end / kRamp});
+}
+
+void blend(const Contour& back, double weight, double tolerance_px, Contour& contour) {
+  if (back.lost() || back.points_px.size() != std::max(contour.points_px.size(), size_t{1})) {
+    if (!back.lost() && contour.lost()) contour = back;
+    return;
+  }
+  double apart_px = 0.0;
+  for (size_t i = 0; i < back.points_px.size(); ++i) {
+    Point2& p = contour.points_px[i];
+    const Point2 step = back.points_px[i] - p;
+    apart_px += step.norm() / static_cast<double>(back.points_px.size());
+    p += weight * step;
+  }
+  contour.confidence += weight * (back.confidence - contour.confidence);
+  const double doubt = apart_px / tolerance_px;
+  contour.confidence /= 1.0 + doubt * doubt;
+}
+
+}  // namespace
+
+void SecondLookOptions::check() const {
+  require(num_frames >= 2 && num_frames <= 1000, "second look: num_frames must be in [2, 1000]");
+  require(tolerance_iod > 0.0, "second look: tolerance_iod must be > 0");
+}
+
+SecondLook::SecondLook(const SecondLookOptions& options)
+    : options_(options), first_stretch_(!options.start_is_given) {
+  options_.check();
+}
+
+void SecondLook::add(const Frame& frame) {
+  frames_.push_back({frame.index, frame.time_s, frame.image.clone()});
+}
+
+bool SecondLook::full() const {
+  if (frames_.empty()) return false;
+  const cv::Mat& picture = frames_.back().image;
+  const size_t bytes = frames_.size() * picture.total() * picture.elemSize();
+  return frames_.size() >= static_cast<size_t>(options_.num_frames) ||
+         bytes >= options_.memory_bytes;
+}
+
+void SecondLook::look(const Tracker& tracker,
+                      std::vector<ContourSet>& contours,
+                      std::vector<std::optional<Similarity>>& heads) {
+  const std::vector<Frame> frames = std::exchange(frames_, {});
+  const bool first = std::exchange(first_stretch_, false);
+  if (frames.size() < 2 || tracker.head() == nullptr) return;
+  Tracker back = tracker.looking_back();
+  for (size_t i = frames.size() - 1; i-- > 0;) {
+    const ContourSet seen = back.track(frames[i]);
+    if (!back.report().face_found || back.report().started) return;
+    const size_t at = contours.size() - frames.size() + i;
+    const double weight = backward_weight(i, frames.size(), first);
+    const double tolerance_px = options_.tolerance_iod * kChartEyeDistance * back.head()->scale();
+    for (size_t c = 0; c < seen.contours.size(); ++c) {
+      blend(seen.contours[c], weight, tolerance_px, contours[at].contours[c]);
+    }
+    if (!heads[at]) heads[at] = *back.head();
+  }
+}
+
+}  // namespace zygoma
