@@ -69,7 +69,8 @@ std::vector<std::vector<int>> groups_of(const std::vector<std::string>& muscles)
 }
 
 std::string header_of(const std::vector<std::string>& muscles,
-                      const std::vector<std::vector<int>>& groups) {
+                      const std::vector<std::vector<int>>& groups,
+                      bool flags) {
   std::string text;
   for (const std::string& name : kColumns) text += name + ',';
   text += "jaw_sigma";
@@ -80,6 +81,7 @@ std::string header_of(const std::vector<std::string>& muscles,
   for (const Feature& feature : kContours1992) {
     text.append(",").append(kResidualPrefix).append(feature.name);
   }
+  if (!flags) return text + '\n';
   text.append(",jaw").append(kObservedSuffix);
   for (const std::vector<int>& group : groups) {
     for (const int i : group) text.append(",").append(muscles[i]).append(kObservedSuffix);
@@ -103,7 +105,8 @@ std::optional<double> residual_of(const Contractions& frame, std::string_view co
 void append_row(std::string& text,
                 const Contractions& frame,
                 const std::vector<std::string>& muscles,
-                const std::vector<std::vector<int>>& groups) {
+                const std::vector<std::vector<int>>& groups,
+                bool flags) {
   const bool estimated = frame.value.size() == muscles.size();
   assert(estimated || frame.value.empty());
   assert(frame.sigma.empty() || frame.sigma.size() == frame.value.size());
@@ -137,9 +140,9 @@ void append_row(std::string& text,
   const auto flag = [&](bool value) {
     append_cell(text, frame.observed.empty() ? std::nullopt : std::optional(value ? 1.0 : 0.0), 0);
   };
-  flag(frame.jaw_observed);
-  for (const std::vector<int>& group : groups) {
-    for (const int i : group) flag(!frame.observed.empty() && frame.observed[i]);
+  if (flags) flag(frame.jaw_observed);
+  for (std::size_t g = 0; flags && g < groups.size(); ++g) {
+    for (const int i : groups[g]) flag(!frame.observed.empty() && frame.observed[i]);
   }
   text += '\n';
 }
@@ -301,8 +304,14 @@ class ContractionsReader {
 void write_contractions_csv(const std::string& path, const ContractionTrack& track) {
   AtomicFile file(path);
   const std::vector<std::vector<int>> groups = groups_of(track.muscles);
-  std::string text = header_of(track.muscles, groups);
-  for (const Contractions& frame : track.frames) append_row(text, frame, track.muscles, groups);
+  // Only estimates know what they saw.
+  const bool flags = std::any_of(track.frames.begin(), track.frames.end(), [](const auto& frame) {
+    return !frame.observed.empty();
+  });
+  std::string text = header_of(track.muscles, groups, flags);
+  for (const Contractions& frame : track.frames) {
+    append_row(text, frame, track.muscles, groups, flags);
+  }
   file.stream() << text;
   file.commit();
 }

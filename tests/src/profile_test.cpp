@@ -30,15 +30,15 @@ void write_smile(const std::string& path, const FaceResponse& face) {
 PerformerProfile some_profile() {
   PerformerProfile profile;
   const FaceResponse face = fake::make_face();
-  profile.neutral.contours = stack_contours(fake::observe(
-      face, Eigen::VectorXd::Zero(face.num_controls()), fake::camera(1.3), 0, 0.0));
+  profile.neutral.contours = stack_contours(
+      fake::observe(face, Eigen::VectorXd::Zero(face.num_controls()), fake::camera(1.3), 0, 0.0));
   profile.range = {{"zygomaticus_major_L", 1.25}, {"jaw", 0.5}};
   return profile;
 }
 
 TEST(ProfileFile, ComesBackAsItWasWritten) {
   const ScratchFolder folder;
-  const std::string path = folder.path("me.json");
+  const std::string path = folder / "me.json";
   const PerformerProfile profile = some_profile();
   write_profile(path, profile);
   const PerformerProfile back = read_profile(path);
@@ -49,7 +49,7 @@ TEST(ProfileFile, ComesBackAsItWasWritten) {
 
 TEST(ProfileFile, DamageIsNamedInOneLine) {
   const ScratchFolder folder;
-  const std::string path = folder.path("me.json");
+  const std::string path = folder / "me.json";
   write_profile(path, some_profile());
   std::string text = bytes_of(path);
   const auto expect_complaint = [&](const std::string& content, const std::string& what) {
@@ -79,35 +79,39 @@ TEST(ProfileFile, DamageIsNamedInOneLine) {
 
 TEST(RetargetCommand, AProfileIsSavedUsedAndRefusedForAnother) {
   const ScratchFolder folder;
-  const std::string contours = folder.path("contours.csv");
-  const std::string profile = folder.path("me.json");
+  const std::string contours = folder / "contours.csv";
+  const std::string profile = folder / "me.json";
   write_smile(contours, fake::make_face());
-  const std::string base = "retarget " + contours + " --quality draft -o " + folder.path("result");
-  ProgramResult result = run_program(base + " --smooth stable --save-profile " + profile);
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto retarget = [&](std::vector<std::string> more) {
+    more.insert(more.begin(),
+                {"retarget", contours, "--quality", "draft", "-o", folder / "result"});
+    return run_program(folder, more);
+  };
+  Outcome result = retarget({"--smooth", "stable", "--save-profile", profile});
+  ASSERT_EQ(result.code, 0) << result.err;
   for (const char* file : {"contractions.csv",
                            "contractions_filtered.csv",
                            "retarget_report.json",
                            "contractions.svg",
                            "session.json"}) {
-    EXPECT_TRUE(std::filesystem::exists(folder.path("result/") + file)) << file;
+    EXPECT_TRUE(std::filesystem::exists(folder / (std::string("result/") + file))) << file;
   }
   EXPECT_FALSE(read_profile(profile).range.empty());
 
-  result = run_program(base + " --profile " + profile);
-  EXPECT_EQ(result.exit_code, 0) << result.err;
+  result = retarget({"--profile", profile});
+  EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(result.err.find("another performer"), std::string::npos) << result.err;
   // The performer's own full strength is 1.
   double strongest = 0.0;
   for (const Contractions& frame :
-       read_contractions_csv(folder.path("result/contractions.csv")).frames) {
+       read_contractions_csv(folder / "result/contractions.csv").frames) {
     strongest = std::max(strongest, frame.value[0]);
   }
   EXPECT_GT(strongest, 0.85);
 
   write_smile(contours, fake::make_other_face(0.55, 1.5, 20.0));
-  result = run_program(base + " --profile " + profile);
-  EXPECT_EQ(result.exit_code, 2);
+  result = retarget({"--profile", profile});
+  EXPECT_EQ(result.code, 2);
   EXPECT_NE(result.err.find("is of another performer"), std::string::npos) << result.err;
 }
 
