@@ -114,9 +114,14 @@ PerformerProfile read_profile(const std::string& path) {
   PerformerProfile profile;
   profile.neutral.frame_index = -1;  // of another clip
   const json& neutral = member(path, document, "neutral");
+  if (!neutral.is_object()) complain(path + ": neutral", neutral, "contours by name");
+  for (const auto& [name, value] : neutral.items()) {
+    require(contour_index(name) >= 0,
+            path + ": neutral: " + quote_value(name) + " is unknown, expected a contour's name");
+  }
   for (int c = 0; c < kNumContours; ++c) {
     const std::string name(kFeatureSchema[static_cast<std::size_t>(c)].name);
-    if (!neutral.is_object() || !neutral.contains(name)) continue;
+    if (!neutral.contains(name)) continue;
     read_contour(path + ": neutral." + name, neutral[name], c, profile.neutral.contours);
   }
   require(is_usable(profile.neutral.contours),

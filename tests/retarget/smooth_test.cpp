@@ -60,7 +60,7 @@ double peak_time(const ContractionTrack& track) {
 TEST(SmoothTrack, TakesNoiseAwayWithoutDelay) {
   const ContractionTrack raw = track_of(pulses(0.05));
   const ContractionTrack smooth = smooth_track(raw, SmoothIntent::kBalanced);
-  EXPECT_LT(rms_from_pulse(smooth), 0.65 * rms_from_pulse(raw));
+  EXPECT_LT(rms_from_pulse(smooth), 0.7 * rms_from_pulse(raw));
   const ContractionTrack clean = track_of(pulses(0.0));
   EXPECT_NEAR(peak_time(smooth_track(clean, SmoothIntent::kStable)), peak_time(clean), 1e-3);
 }

@@ -72,9 +72,9 @@ TEST(ProfileFile, DamageIsNamedInOneLine) {
     return changed;
   };
   expect_complaint(replaced("zygoma-profile/1", "zygoma-profile/9"), "schema");
-  expect_complaint(replaced("1.25", "125"), "range.zygomaticus_major_L");
+  expect_complaint(replaced("_major_L\": 1.25", "_major_L\": 125"), "range.zygomaticus_major_L");
   expect_complaint(replaced("\"range\"", "\"rage\""), "has no range");
-  expect_complaint(replaced("\"brow_left\"", "\"brow_lost\""), "too few contours");
+  expect_complaint(replaced("\"brow_left\"", "\"brow_lost\""), "'brow_lost' is unknown");
 }
 
 TEST(RetargetCommand, AProfileIsSavedUsedAndRefusedForAnother) {
