@@ -115,5 +115,35 @@ TEST(RetargetCommand, AProfileIsSavedUsedAndRefusedForAnother) {
   EXPECT_NE(result.err.find("is of another performer"), std::string::npos) << result.err;
 }
 
+TEST(AnimateCommand, TheSameCurvesDriveAnotherFace) {
+  const ScratchFolder folder;
+  const std::string contours = folder / "contours.csv";
+  write_smile(contours, fake::make_face());
+  Outcome result =
+      run_program(folder, {"retarget", contours, "--quality", "draft", "-o", folder / "result"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  const std::string scene = folder.write(
+      "child.json",
+      R"({"head": {"surface_vertices": 300, "albedo_size_px": 64, "identity": {"face_width": 1.06,
+          "chin_length": 0.94}}, "motion": {"frames_per_s": 30, "duration_s": 0.1,
+          "keys": [{"time_s": 0}]}})");
+  const std::vector<std::string> base{
+      "animate", folder / "result/contractions.csv", "--height", "120", "-o"};
+  std::vector<std::string> usual = base;
+  usual.push_back(folder / "usual.mp4");
+  std::vector<std::string> other = base;
+  other.insert(other.end(), {folder / "other.mp4", "--face", scene});
+  result = run_program(folder, usual);
+  ASSERT_EQ(result.code, 0) << result.err;
+  result = run_program(folder, other);
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_NE(result.out.find("45 frames animated"), std::string::npos) << result.out;
+  EXPECT_NE(bytes_of(folder / "usual.mp4"), bytes_of(folder / "other.mp4"));
+  result = run_program(
+      folder,
+      {"animate", folder / "result/contractions.csv", "-o", folder / "x.mp4", "--face", contours});
+  EXPECT_EQ(result.code, 2);
+}
+
 }  // namespace
 }  // namespace zygoma
