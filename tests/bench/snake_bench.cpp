@@ -134,6 +134,7 @@ double error_of(const Case& c, const Line& line) {
   return sum;
 }
 
+// Where snakes can be closed; elsewhere the chain stays open.
 template <typename Options>
 void close_chain(Options& options) {
   if constexpr (requires { options.ends; }) options.ends = decltype(options.ends)::kClosed;
