@@ -36,8 +36,9 @@ class RunCommand : public Command {
   }
   std::string details() const override {
     return "Writes into the folder: contours.csv (the contours in every frame, pixels), "
-           "contractions.csv (muscles and jaw in every frame, 0 to 1), reconstruction.mp4 (the "
-           "video with its contours, the animated face, a bar per muscle) and session.json "
+           "contractions.csv (muscles and jaw in every frame, 0 to 1), contractions.svg (the same "
+           "as curves), retarget_report.json (frames to look at), reconstruction.mp4 (the video "
+           "with its contours, the animated face, a bar per muscle) and session.json "
            "(options, versions, times).";
   }
   std::string example() const override { return "clip.mp4 -o result"; }
