@@ -62,6 +62,22 @@ cv::Mat resampled(const cv::Mat& image, Similarity image_from_chart, const cv::R
   return out;
 }
 
+const cv::Rect kLevelBox(60, 116, 73, 36);  // below the eyes, which close, to the base of the nose
+constexpr double kExposureSlack = 0.03;
+constexpr double kMostGain = 4.0;
+
+// Dead flat pictures and those far too dark or bright are left as they are.
+void meter(double level, Exposure& exposure) {
+  if (exposure.level <= 0.0 || level < 1.0) return;
+  const double right = exposure.level / level;
+  if (std::abs(exposure.gain / right - 1.0) < kExposureSlack) return;
+  exposure.gain = std::clamp(right, 1.0 / kMostGain, kMostGain);
+}
+
+void expose(cv::Mat& picture, double gain) {
+  if (gain != 1.0) picture.convertTo(picture, -1, gain);
+}
+
 }  // namespace
 
 Similarity image_from_chart(const Point2& right_eye_px, const Point2& left_eye_px) {
@@ -78,10 +94,13 @@ cv::Mat as_bgr(const cv::Mat& image) {
   return bgr;
 }
 
-FaceChart make_face_chart(const cv::Mat& image, const Similarity& image_from_chart) {
+double level_of(const FaceChart& chart) { return cv::mean(chart.grey(kLevelBox))[0]; }
+
+FaceChart make_face_chart(const cv::Mat& image, const Similarity& image_from_chart, double gain) {
   FaceChart chart;
   chart.image_from_chart = image_from_chart;
   chart.colour = resampled(image, image_from_chart, cv::Rect(0, 0, kChartWidth, kChartHeight));
+  expose(chart.colour, gain);
   cv::cvtColor(chart.colour, chart.grey, cv::COLOR_BGR2GRAY);
   const cv::Size window(kFlowWindow, kFlowWindow);
   cv::buildOpticalFlowPyramid(chart.grey, chart.pyramid, window, kFlowLevels);
@@ -90,11 +109,15 @@ FaceChart make_face_chart(const cv::Mat& image, const Similarity& image_from_cha
   return chart;
 }
 
-FaceChart make_draft_chart(const cv::Mat& image, const Similarity& image_from_chart) {
+FaceChart make_draft_chart(const cv::Mat& image,
+                           const Similarity& image_from_chart,
+                           Exposure& exposure) {
   FaceChart chart;
   chart.image_from_chart = image_from_chart;
   cv::Mat grey;
   cv::cvtColor(resampled(image, image_from_chart, kCoreBox), grey, cv::COLOR_BGR2GRAY);
+  meter(cv::mean(grey(kLevelBox - kCoreBox.tl()))[0], exposure);
+  expose(grey, exposure.gain);
   const cv::Size window(kFlowWindow, kFlowWindow);
   cv::buildOpticalFlowPyramid(grey, chart.core, window, kFlowLevels, false);
   return chart;

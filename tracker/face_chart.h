@@ -8,6 +8,10 @@
 //
 // Chart pixels: eye middle at kChartEyeMiddle, eyes kChartEyeDistance apart on a horizontal line,
 // the subject's right on the left, as in the picture.
+//
+// The charts of one track are exposed alike: flow takes brightness for constant, and what skin and
+// lips look like was learned once. The gain that keeps the middle of the face at the level of the
+// first chart is left alone until it is wrong by a few per cent, so that steady light stays steady.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -25,6 +29,11 @@ inline const Point2 kChartEyeMiddle{96.0, 104.0};
 // The part that does not move with expression, eyes to base of the nose, with room for the head to
 // have moved.
 inline const cv::Rect kCoreBox{16, 68, 161, 112};
+
+struct Exposure {
+  double level = 0.0;  // grey wanted in the middle of the face; 0: as it comes
+  double gain = 1.0;   // of the last chart
+};
 
 struct FaceChart {
   Similarity image_from_chart;
@@ -44,8 +53,15 @@ inline Point2 chart_point(double x_iod, double y_iod) {
 
 // Resamples the frame (8-bit, 1, 3 or 4 channels). Outside the picture the border repeats. A draft
 // has nothing but its core, and can only be flowed *to*.
-FaceChart make_face_chart(const cv::Mat& image, const Similarity& image_from_chart);
-FaceChart make_draft_chart(const cv::Mat& image, const Similarity& image_from_chart);
+FaceChart make_face_chart(const cv::Mat& image,
+                          const Similarity& image_from_chart,
+                          double gain = 1.0);
+// Measures the exposure.
+FaceChart make_draft_chart(const cv::Mat& image,
+                           const Similarity& image_from_chart,
+                           Exposure& exposure);
+// Mean grey of the middle of the face.
+double level_of(const FaceChart& chart);
 
 // Any 8-bit picture as 8-bit BGR; empty if it is none.
 cv::Mat as_bgr(const cv::Mat& image);

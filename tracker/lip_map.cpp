@@ -9,6 +9,7 @@ namespace zygoma {
 namespace {
 
 constexpr size_t kFewest = 60;          // pixels of either class
+constexpr double kSoftness_px = 1.2;    // the grain of a dark picture is no lip
 constexpr float kLipLevel = 0.85F;      // of the map at the typical lip
 constexpr float kLeastDistance = 1.2F;  // of the typical lip from skin, in spreads
 
@@ -64,7 +65,7 @@ bool LipMap::learn(const cv::Mat& bgr,
   std::vector<Point2> outline = upper_lip;
   outline.insert(outline.end(), lower_lip.rbegin(), lower_lip.rend());
   cv::Mat soft;
-  cv::GaussianBlur(bgr, soft, cv::Size(), 1.2);
+  cv::GaussianBlur(bgr, soft, cv::Size(), kSoftness_px);
   const cv::Mat near = grown(bgr.size(), outline, 1.05, 4.0);
   const cv::Mat far = grown(bgr.size(), outline, 1.1, 14.0);
   const cv::Mat inside = grown(bgr.size(), outline, 0.9, -1.0);
@@ -105,12 +106,14 @@ bool LipMap::learn(const cv::Mat& bgr,
 }
 
 cv::Mat LipMap::apply(const cv::Mat& bgr) const {
+  cv::Mat soft;
+  cv::GaussianBlur(bgr, soft, cv::Size(), kSoftness_px);
   cv::Mat map(bgr.size(), CV_32F);
   const Eigen::Matrix3f scaled = whiten_ / scale_;
   const Eigen::Vector3f shift = scaled * mean_;
   const std::vector<float>& table = saturation();
   for (int row = 0; row < bgr.rows; ++row) {
-    const cv::Vec3b* in = bgr.ptr<cv::Vec3b>(row);
+    const cv::Vec3b* in = soft.ptr<cv::Vec3b>(row);
     float* out = map.ptr<float>(row);
     for (int column = 0; column < bgr.cols; ++column) {
       const Eigen::Vector3f f = features(in[column]);

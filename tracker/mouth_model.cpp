@@ -126,8 +126,8 @@ Mouth follow_mouth(const Evidence& evidence, const Mouth& last, const Mouth& res
   smile.p[Mouth::kHeight] -= 0.1;
   smile.p[Mouth::kHalfWidth] += 0.1;
   smile.p[Mouth::kBend] += 0.06;
-  // Two starts climb as far as coarse steps go: where the mouth was, and the best of the others. The
-  // better of the two climbs all the way.
+  // Two starts climb as far as coarse steps go: where the mouth was, and the best of the others.
+  // The better of the two climbs all the way.
   const std::vector<double>* other = &rest.p;
   double other_fit = shape_score(family, rest.p);
   for (const Mouth* mouth : {&open, &smile}) {

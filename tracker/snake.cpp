@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "src/base/check.h"
+
 namespace zygoma {
 namespace {
 
@@ -44,11 +46,21 @@ std::string_view to_string(SnakeStop stop) {
   return "unknown";
 }
 
+double explicit_step_bound(const SnakeOptions& options,
+                           double strongest_anchor,
+                           double image_curvature) {
+  return 2.0 * options.damping /
+         (4.0 * options.tension + 16.0 * options.rigidity + strongest_anchor +
+          options.image_weight * image_curvature);
+}
+
 Snake::Snake(std::vector<Point2> nodes, const SnakeOptions& options)
     : options_(options), nodes_(std::move(nodes)) {
-  assert(nodes_.size() >= 3);
-  for (size_t i = 0; i + 1 < nodes_.size(); ++i) {
-    rest_lengths_.push_back((nodes_[i + 1] - nodes_[i]).norm());
+  const bool closed = options_.ends == SnakeEnds::kClosed;
+  assert(nodes_.size() >= (closed ? 5 : 3));
+  rest_lengths_.resize(closed ? nodes_.size() : nodes_.size() - 1);
+  for (size_t i = 0; i < num_springs(); ++i) {
+    rest_lengths_[i] = (nodes_[next(i)] - nodes_[i]).norm();
   }
   initial_lengths_ = rest_lengths_;
   factor();
@@ -67,116 +79,156 @@ void Snake::set_anchors(std::vector<SoftAnchor> anchors) {
 
 double Snake::internal_energy() const {
   double energy = 0.0;
-  for (size_t i = 0; i + 1 < nodes_.size(); ++i) {
-    const double e = (nodes_[i + 1] - nodes_[i]).norm() - rest_lengths_[i];
+  for (size_t i = 0; i < num_springs(); ++i) {
+    const double e = (nodes_[next(i)] - nodes_[i]).norm() - rest_lengths_[i];
     energy += 0.5 * options_.tension * e * e;
   }
-  for (size_t i = 1; i + 1 < nodes_.size(); ++i) {
-    energy +=
-        0.5 * options_.rigidity * (nodes_[i + 1] - 2.0 * nodes_[i] + nodes_[i - 1]).squaredNorm();
+  for (size_t i = 0; i < num_bends(); ++i) {
+    const size_t j = next(i);
+    const Point2 k = nodes_[next(j)] - 2.0 * nodes_[j] + nodes_[i];
+    energy += 0.5 * options_.rigidity * k.squaredNorm();
   }
   return energy;
 }
 
 std::vector<Point2> Snake::internal_force() const {
   std::vector<Point2> force(nodes_.size(), Point2::Zero());
-  for (size_t i = 0; i + 1 < nodes_.size(); ++i) {
-    const double e = (nodes_[i + 1] - nodes_[i]).norm() - rest_lengths_[i];
-    const Point2 pull = options_.tension * e * direction(nodes_[i], nodes_[i + 1]);
+  for (size_t i = 0; i < num_springs(); ++i) {
+    const size_t j = next(i);
+    const double e = (nodes_[j] - nodes_[i]).norm() - rest_lengths_[i];
+    const Point2 pull = options_.tension * e * direction(nodes_[i], nodes_[j]);
     force[i] += pull;
-    force[i + 1] -= pull;
+    force[j] -= pull;
   }
-  for (size_t i = 1; i + 1 < nodes_.size(); ++i) {
-    const Point2 bend = options_.rigidity * (nodes_[i + 1] - 2.0 * nodes_[i] + nodes_[i - 1]);
-    force[i - 1] -= bend;
-    force[i] += 2.0 * bend;
-    force[i + 1] -= bend;
+  for (size_t i = 0; i < num_bends(); ++i) {
+    const size_t j = next(i);
+    const size_t k = next(j);
+    const Point2 bend = options_.rigidity * (nodes_[k] - 2.0 * nodes_[j] + nodes_[i]);
+    force[i] -= bend;
+    force[j] += 2.0 * bend;
+    force[k] -= bend;
   }
   return force;
 }
 
+std::vector<Point2> Snake::whole_force(const ImageLandscape* image) const {
+  std::vector<Point2> force = internal_force();
+  for (size_t i = 0; i < anchors_.size(); ++i) {
+    force[i] += anchors_[i].weight * (anchors_[i].target - nodes_[i]);
+  }
+  if (image != nullptr) {
+    for (size_t i = 0; i < nodes_.size(); ++i) {
+      force[i] -= options_.image_weight * image->gradient(i, nodes_[i]);
+    }
+  }
+  if (options_.ends == SnakeEnds::kFixed) force.front() = force.back() = Point2::Zero();
+  return force;
+}
+
+double Snake::strongest_anchor() const {
+  double strongest = 0.0;
+  for (const SoftAnchor& anchor : anchors_) strongest = std::max(strongest, anchor.weight);
+  return strongest;
+}
+
 void Snake::factor() {
+  if (options_.stepping == SnakeStepping::kExplicit) {
+    const double bound = explicit_step_bound(options_, strongest_anchor());
+    require(!options_.whole_step || options_.step < bound,
+            "snake: explicit step " + shortest_text(options_.step) +
+                " is beyond its bound; expected less than 2 damping / (4 tension + 16 rigidity + "
+                "anchor) = " +
+                shortest_text(bound));
+    return;
+  }
   const size_t n = nodes_.size();
   const double a = options_.tension;
   const double b = options_.rigidity;
   std::vector<double> h0(n, options_.damping / options_.step), h1(n, 0.0), h2(n, 0.0);
-  for (size_t i = 0; i + 1 < n; ++i) {
+  for (size_t i = 0; i < num_springs(); ++i) {
     h0[i] += a;
-    h0[i + 1] += a;
+    h0[next(i)] += a;
     h1[i] -= a;
   }
-  for (size_t i = 1; i + 1 < n; ++i) {
-    h0[i - 1] += b;
-    h0[i] += 4.0 * b;
-    h0[i + 1] += b;
-    h1[i - 1] -= 2.0 * b;
+  for (size_t i = 0; i < num_bends(); ++i) {
+    const size_t j = next(i);
+    h0[i] += b;
+    h0[j] += 4.0 * b;
+    h0[next(j)] += b;
     h1[i] -= 2.0 * b;
-    h2[i - 1] += b;
+    h1[j] -= 2.0 * b;
+    h2[i] += b;
   }
   for (size_t i = 0; i < anchors_.size(); ++i) h0[i] += anchors_[i].weight;
-  diagonal_.assign(n, 0.0);
-  lower1_.assign(n, 0.0);
-  lower2_.assign(n, 0.0);
-  for (size_t i = 0; i < n; ++i) {
-    double d = h0[i];
-    double first = h1[i];
-    if (i >= 1) {
-      d -= lower1_[i - 1] * lower1_[i - 1] * diagonal_[i - 1];
-      first -= lower1_[i - 1] * lower2_[i - 1] * diagonal_[i - 1];
-    }
-    if (i >= 2) d -= lower2_[i - 2] * lower2_[i - 2] * diagonal_[i - 2];
-    diagonal_[i] = d;
-    lower1_[i] = first / d;
-    lower2_[i] = h2[i] / d;
+  if (options_.ends == SnakeEnds::kFixed) {
+    // A fixed end feels no force and moves by nothing: nothing couples to it.
+    h0.front() = h0.back() = 1.0;
+    h1.front() = h1[n - 2] = h2.front() = h2[n - 3] = 0.0;
   }
+  matrix_.factor(std::move(h0), std::move(h1), std::move(h2));
 }
 
-void Snake::solve(std::vector<Point2>& x) const {
-  const size_t n = x.size();
-  for (size_t i = 0; i < n; ++i) {
-    if (i >= 1) x[i] -= lower1_[i - 1] * x[i - 1];
-    if (i >= 2) x[i] -= lower2_[i - 2] * x[i - 2];
+// The largest second derivative of P under the nodes, from its gradient half a pixel to each side
+// and at the node itself: the landscape may have been made of straight pieces a pixel long.
+double Snake::image_curvature(const ImageLandscape& image) const {
+  constexpr double kReach = 0.5;  // px
+  double largest = 0.0;
+  for (size_t i = 0; i < nodes_.size(); ++i) {
+    const Point2 here = image.gradient(i, nodes_[i]);
+    for (const Point2& by : {Point2(kReach, 0.0), Point2(0.0, kReach)}) {
+      const double ahead = (image.gradient(i, nodes_[i] + by) - here).norm();
+      const double behind = (image.gradient(i, nodes_[i] - by) - here).norm();
+      largest = std::max({largest, ahead / kReach, behind / kReach});
+    }
   }
-  for (size_t i = 0; i < n; ++i) x[i] /= diagonal_[i];
-  for (size_t i = n; i-- > 0;) {
-    if (i + 1 < n) x[i] -= lower1_[i] * x[i + 1];
-    if (i + 2 < n) x[i] -= lower2_[i] * x[i + 2];
-  }
+  // Of a symmetric matrix of two rows the norm is at most this much above that of its columns.
+  return std::sqrt(2.0) * largest;
+}
+
+int Snake::num_parts(const ImageLandscape* image) const {
+  if (options_.stepping == SnakeStepping::kImplicit || options_.whole_step) return 1;
+  constexpr double kOfBound = 0.9;
+  constexpr double kMost = 1e6;
+  const double curvature = image != nullptr ? image_curvature(*image) : 0.0;
+  const double bound = kOfBound * explicit_step_bound(options_, strongest_anchor(), curvature);
+  return static_cast<int>(std::clamp(std::ceil(options_.step / bound), 1.0, kMost));
 }
 
 double Snake::advance(const ImageLandscape* image) {
-  const size_t n = nodes_.size();
-  const double inertia = options_.damping / options_.step;
-  std::vector<Point2> next(n);
-  for (size_t i = 0; i < n; ++i) next[i] = inertia * nodes_[i];
-  for (size_t i = 0; i + 1 < n; ++i) {
-    const Point2 push = options_.tension * rest_lengths_[i] * direction(nodes_[i], nodes_[i + 1]);
-    next[i] -= push;
-    next[i + 1] += push;
-  }
-  for (size_t i = 0; i < anchors_.size(); ++i) next[i] += anchors_[i].weight * anchors_[i].target;
-  if (image != nullptr) {
-    for (size_t i = 0; i < n; ++i) {
-      next[i] -= options_.image_weight * image->gradient(i, nodes_[i]);
+  const int parts = num_parts(image);
+  if (parts == 1) return advance_part(image, 1);
+  const std::vector<Point2> before = nodes_;
+  for (int part = 0; part < parts; ++part) {
+    if (!std::isfinite(advance_part(image, parts))) {
+      nodes_ = before;
+      return std::numeric_limits<double>::quiet_NaN();
     }
   }
-  solve(next);
-  if (!all_finite(next)) return std::numeric_limits<double>::quiet_NaN();
+  return largest_move(before, nodes_);
+}
+
+double Snake::advance_part(const ImageLandscape* image, int num_parts) {
+  const double step = options_.step / num_parts;
+  const double cap = options_.step_cap_px / num_parts;
+  std::vector<Point2> moves = whole_force(image);
+  if (options_.stepping == SnakeStepping::kImplicit) {
+    matrix_.solve(moves);
+  } else {
+    for (Point2& move : moves) move *= step / options_.damping;
+  }
+  if (!all_finite(moves)) return std::numeric_limits<double>::quiet_NaN();
   double largest = 0.0;
-  for (size_t i = 0; i < n; ++i) {
-    Point2 move = next[i] - nodes_[i];
-    const double length = move.norm();
+  for (size_t i = 0; i < nodes_.size(); ++i) {
+    const double length = moves[i].norm();
     // The cap tames the explicit image force; a chain without an image needs none.
-    if (image != nullptr && length > 0.0) {
-      move *= options_.step_cap_px * std::tanh(length / options_.step_cap_px) / length;
-    }
-    nodes_[i] += move;
-    largest = std::max(largest, move.norm());
+    if (image != nullptr && length > 0.0) moves[i] *= cap * std::tanh(length / cap) / length;
+    nodes_[i] += moves[i];
+    largest = std::max(largest, moves[i].norm());
   }
   if (options_.viscosity > 0.0) {
-    for (size_t i = 0; i + 1 < n; ++i) {
-      const double e = (nodes_[i + 1] - nodes_[i]).norm() - rest_lengths_[i];
-      rest_lengths_[i] = std::clamp(rest_lengths_[i] + options_.step * options_.viscosity * e,
+    for (size_t i = 0; i < num_springs(); ++i) {
+      const double e = (nodes_[next(i)] - nodes_[i]).norm() - rest_lengths_[i];
+      rest_lengths_[i] = std::clamp(rest_lengths_[i] + step * options_.viscosity * e,
                                     options_.min_length * initial_lengths_[i],
                                     options_.max_length * initial_lengths_[i]);
     }

@@ -11,20 +11,34 @@
 //   E = 1/2 sum a_i e_i^2 + 1/2 sum b_i |k_i|^2
 // (as printed, equations 5, 6 and 8 push a stretched spring's ends apart and climb out of ravines).
 //
-// The step is semi-implicit. The springs' linear part and the bending form a pentadiagonal,
-// symmetric, positive semi-definite K with natural ends; the rest lengths go to the right side
-// (g_i = a_{i-1} l_{i-1} u_{i-1} - a_i l_i u_i, from the present directions):
-//   (gamma/dt + K + W) x' = gamma/dt x + g + W t - p grad P(x)
-// solved by a banded L D L^T. Without an image the energy never rises, whatever dt. Soft anchors
-// (W, t) are in the matrix, so any strength is stable.
+// With F(x) the whole force, both ways to step move the nodes by a multiple of it, so both come to
+// rest in the same places:
+//
+//   implicit        (gamma/dt + K + W) d = F(x).  K, of the springs' linear part and the bending,
+//   is
+//                   pentadiagonal, symmetric and positive semi-definite; solved by a banded L D
+//                   L^T. Without an image the energy never rises, whatever dt; anchors (W) of any
+//                   strength are stable. Only the image force is explicit, tamed by a cap.
+//   explicit, 1992  d = dt/gamma F(x), Euler's step. Stable for
+//                     dt < 2 gamma / (4 a + 16 b + w + p L)
+//                   (the largest eigenvalue of K of a closed chain with alternating nodes; w the
+//                   strongest anchor, L the curvature of P under the nodes), so dt is split into
+//                   equal parts within nine tenths of that.
+//
+// Ends are free (natural: no moment, no force), fixed, or joined to a closed chain, whose matrix is
+// cyclic: the last two nodes are taken out as a border and the rest stays a band.
 #pragma once
 
 #include <string_view>
 #include <vector>
 
 #include "tracker/contour_set.h"
+#include "tracker/cyclic_band.h"
 
 namespace zygoma {
+
+enum class SnakeStepping { kImplicit, kExplicit };
+enum class SnakeEnds { kFree, kFixed, kClosed };
 
 struct SnakeOptions {
   double tension = 0.02;        // a, >= 0; large: bunches to its rest lengths, ignores the image
@@ -38,7 +52,17 @@ struct SnakeOptions {
   double step_cap_px = 1.0;     // of one node in one step; larger jumps over ravines
   double tolerance_px = 0.005;  // largest node move that still counts as moving
   int max_iterations = 60;      // of one relax()
+  SnakeStepping stepping = SnakeStepping::kImplicit;
+  SnakeEnds ends = SnakeEnds::kFree;
+  // Explicit: take `step` whole; refused (InputError) where it is beyond the bound without an
+  // image.
+  bool whole_step = false;
 };
+
+// Largest stable step of the explicit mode, 2 gamma / (4 a + 16 b + w + p L).
+double explicit_step_bound(const SnakeOptions& options,
+                           double strongest_anchor = 0.0,
+                           double image_curvature = 0.0);
 
 enum class SnakeStop { kConverged, kOscillating, kIterationLimit, kNotFinite };
 std::string_view to_string(SnakeStop stop);
@@ -65,7 +89,7 @@ struct SoftAnchor {
 
 class Snake {
  public:
-  // The rest lengths are those of the nodes given (at least three).
+  // The rest lengths are those of the nodes given: at least three, five of a closed chain.
   Snake(std::vector<Point2> nodes, const SnakeOptions& options);
 
   const std::vector<Point2>& nodes() const { return nodes_; }
@@ -85,16 +109,22 @@ class Snake {
   SnakeReport relax(const ImageLandscape* image);
 
  private:
+  size_t num_springs() const { return rest_lengths_.size(); }
+  size_t num_bends() const { return 2 * num_springs() - nodes_.size(); }  // bend i: i, i+1, i+2
+  size_t next(size_t node) const { return node + 1 < nodes_.size() ? node + 1 : 0; }
   void factor();
-  void solve(std::vector<Point2>& right_side) const;
+  double strongest_anchor() const;
+  double image_curvature(const ImageLandscape& image) const;
+  int num_parts(const ImageLandscape* image) const;
+  double advance_part(const ImageLandscape* image, int num_parts);
+  std::vector<Point2> whole_force(const ImageLandscape* image) const;
 
   SnakeOptions options_;
   std::vector<Point2> nodes_;
   std::vector<double> rest_lengths_;
   std::vector<double> initial_lengths_;
   std::vector<SoftAnchor> anchors_;
-  // L D L^T of the step's matrix.
-  std::vector<double> diagonal_, lower1_, lower2_;
+  CyclicBand matrix_;  // gamma/dt + K + W of the implicit step
 };
 
 // The polyline's points at equal steps of its arc length, ends kept.

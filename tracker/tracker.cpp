@@ -16,6 +16,7 @@
 #include "tracker/initialiser.h"
 #include "tracker/mouth_seam.h"
 #include "tracker/predictor.h"
+#include "tracker/scene_cut.h"
 #include "tracker/snake.h"
 
 namespace zygoma {
@@ -31,9 +32,12 @@ constexpr double kLeastEyeDistance = 12.0;  // px
 constexpr double kLidShare = 0.8;           // of the model of the lid, the rest is flow
 constexpr double kChinFollowsLip = 0.8;     // share of the lower lip's motion
 constexpr double kFurrowPull = 0.2;         // per frame, at the lower end
-constexpr double kClearEdge = 0.25;    // evidence, of which one is the strongest edges of the face
-constexpr double kPriorQuality = 0.5;  // as flow that was seen fairly well
-constexpr double kSameScene = 0.5;     // correlation of the middle of the face, frame to frame
+constexpr double kClearEdge = 0.25;  // evidence, of which one is the strongest edges of the face
+constexpr double kNearness_px = 1.5;
+constexpr double kUsualness_px = 8.0;
+constexpr double kTrustedOutline = 0.5;  // of the evidence at the start, under the mouth model
+constexpr double kPriorQuality = 0.5;    // as flow that was seen fairly well
+constexpr double kSameScene = 0.5;       // correlation of the middle of the face, frame to frame
 
 Part part_of(size_t feature) {
   switch (feature) {
@@ -148,6 +152,40 @@ std::vector<Point2> shifted(std::vector<Point2> nodes, const Point2& offset) {
   return nodes;
 }
 
+// The eyes as found in the picture and in its mirror image: the cascades were not made of mirrored
+// faces, and a face and its twin in the mirror should start alike.
+std::optional<FaceEyes> find_evenly(FaceFinder& finder, const cv::Mat& picture) {
+  const std::optional<FaceEyes> plain = finder.find(picture);
+  if (picture.empty() || (plain && plain->landmarks)) return plain;
+  cv::Mat turned_over;
+  cv::flip(picture, turned_over, 1);
+  std::optional<FaceEyes> mirrored = finder.find(turned_over);
+  if (!mirrored || mirrored->landmarks) return plain;
+  const double last_column = picture.cols - 1.0;
+  mirrored->left_px.x() = last_column - mirrored->left_px.x();
+  mirrored->right_px.x() = last_column - mirrored->right_px.x();
+  std::swap(mirrored->left_px, mirrored->right_px);
+  if (!plain) return mirrored;
+  const double iod = (plain->left_px - plain->right_px).norm();
+  const double apart = std::max((plain->left_px - mirrored->left_px).norm(),
+                                (plain->right_px - mirrored->right_px).norm());
+  if (apart > 0.2 * iod) return plain;  // two faces
+  return FaceEyes{0.5 * (plain->right_px + mirrored->right_px),
+                  0.5 * (plain->left_px + mirrored->left_px),
+                  plain->both_seen && mirrored->both_seen};
+}
+
+void require_finite(const ContourSet& set) {
+  for (const Contour& contour : set.contours) {
+    for (const Point2& p : contour.points_px) {
+      require(p.allFinite(),
+              "tracker: contour " + contour.name + " given for frame " +
+                  std::to_string(set.frame_index) +
+                  " holds a number that is not finite; expected pixels");
+    }
+  }
+}
+
 }  // namespace
 
 void TrackerOptions::check() const {
@@ -165,6 +203,7 @@ struct Tracker::Impl {
   TrackerOptions options;
   TrackReport report;
   std::shared_ptr<FaceFinder> finder;
+  SceneCut cut;
   std::optional<ContourSet> given;  // by start_from, for the next frame
   std::optional<ContourSet> prior;  // by set_prior, for the next frame
 
@@ -183,8 +222,10 @@ struct Tracker::Impl {
   SeamCorners seam;
   ChinPatch chin_patch;
   std::array<double, kNumFeatures> confidence{};
+  std::array<ConfidenceTerms, kNumFeatures> terms{};
   std::array<double, kNumFeatures> usual_evidence{};
   FaceChart head_anchor;
+  Exposure exposure;
   HeadTurn turn;  // against the first sight
   std::vector<RigidPoint> rigid = rigid_points();
   std::array<std::vector<Keyframe>, kNumParts> keyframes;
@@ -199,17 +240,21 @@ struct Tracker::Impl {
   bool follow(const Frame& frame);
   std::vector<Point2> follow_chin(const FaceChart& chart, double& sight) const;
   bool follow_head(const Frame& frame, FaceChart& chart);
+  double trust_in(const Mouth& found, const Evidence& evidence) const;
   void follow_contours(const FaceChart& chart);
   ContourNodes nodes_in_chart(const ContourSet& set, const Similarity& image_from_chart) const;
   void judge(const Evidence& evidence,
-             const std::array<std::vector<double>, kNumFeatures>& quality);
+             const std::array<std::vector<double>, kNumFeatures>& quality,
+             const ContourNodes& expected,
+             const std::array<double, kNumParts>& likeness);
+  void judge_start(const Evidence& evidence, const ContourNodes& given_nodes);
   void remember(const FaceChart& chart);
   ContourSet result(const Frame& frame) const;
 };
 
 bool Tracker::Impl::start(const Frame& frame) {
   if (!finder) finder = make_face_finder(options.cascade_folder, options.landmark_model);
-  const std::optional<FaceEyes> eyes = finder->find(frame.image);
+  const std::optional<FaceEyes> eyes = find_evenly(*finder, frame.image);
   if (!eyes) return false;
   restart_at(frame, *eyes);
   started_by_hand = false;
@@ -279,7 +324,7 @@ bool Tracker::Impl::start_from_given(const Frame& frame) {
 void Tracker::Impl::look_again(const Frame& frame) {
   if (started_by_hand || (age != 12 && age != 25)) return;
   if (sharpness_of(last) < options.sharper * sharpness) return;
-  const std::optional<FaceEyes> eyes = finder->find(frame.image);
+  const std::optional<FaceEyes> eyes = find_evenly(*finder, frame.image);
   if (!eyes) return;
   const int frames = age;
   restart_at(frame, *eyes);
@@ -299,14 +344,10 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
   rest = mouth;
   seam.forget();
   chin_patch.learn(chart.grey, middle_of(contours[kChinBoss]));
-  const Evidence evidence = make_evidence(chart, lips);
-  for (size_t f = 0; f < kNumFeatures; ++f) {
-    usual_evidence[f] =
-        std::max(0.05, evidence_under(evidence, static_cast<FeatureIndex>(f), contours[f]));
-    confidence[f] = std::clamp(usual_evidence[f] / kClearEdge, 0.1, 1.0);
-  }
+  judge_start(make_evidence(chart, lips), given_nodes);
   last = chart;
   head_anchor = chart;
+  exposure = {level_of(chart), 1.0};
   turn = HeadTurn();
   for (auto& list : keyframes) list.clear();
   remember(chart);
@@ -320,7 +361,7 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
 // Takes the head's motion off: on return `chart` shows the face where the last chart showed it.
 bool Tracker::Impl::follow_head(const Frame& frame, FaceChart& chart) {
   const Similarity before = last.image_from_chart;
-  const FaceChart draft = make_draft_chart(frame.image, before);
+  const FaceChart draft = make_draft_chart(frame.image, before, exposure);
   HeadPoseFit pose{Similarity(), turn};  // of the face in the draft
   const auto correct = [&](const FaceChart& reference, const HeadTurn& then, double least_share) {
     const Point2 corner(kCoreBox.x, kCoreBox.y);
@@ -356,7 +397,7 @@ bool Tracker::Impl::follow_head(const Frame& frame, FaceChart& chart) {
   turn = pose.turn;
   const double eyes_px = place.scale() * kChartEyeDistance;
   if (eyes_px < kLeastEyeDistance || eyes_px > frame.image.cols) return false;
-  chart = make_face_chart(frame.image, place);
+  chart = make_face_chart(frame.image, place, exposure.gain);
   // A cut to something else: the middle of the face no longer looks like it did a frame ago.
   return correlation(core_of(chart), core_of(last)) > kSameScene;
 }
@@ -372,6 +413,18 @@ std::vector<Point2> Tracker::Impl::follow_chin(const FaceChart& chart, double& s
   const Point2 by_lip(
       0.0, kChinFollowsLip * (lip[lip.size() / 2].y() - lip_then[lip_then.size() / 2].y()));
   return shifted(at_start[kChinBoss], sight * found.offset_px + (1.0 - sight) * by_lip);
+}
+
+// Where compression or coloured light has made skin look like lips, the mouth model takes in the
+// chin. Its outline then lies on no edges.
+double Tracker::Impl::trust_in(const Mouth& found, const Evidence& evidence) const {
+  double least = 1.0;
+  for (const FeatureIndex f : {kUpperLip, kLowerLip}) {
+    const double share =
+        evidence_under(evidence, f, lip_nodes(found, f == kUpperLip)) / usual_evidence[f];
+    least = std::min(least, share / kTrustedOutline);
+  }
+  return std::clamp(2.0 * least - 1.0, 0.0, 1.0);
 }
 
 void Tracker::Impl::follow_contours(const FaceChart& chart) {
@@ -438,7 +491,9 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
   places.nose_base_px = contours[kNoseTip][contours[kNoseTip].size() / 2].y();
   places.mouth_line_px = 0.5 * (target[kUpperLip].front().y() + target[kUpperLip].back().y());
   const Evidence evidence = make_evidence(chart, lips, places);
-  mouth = follow_mouth(evidence, mouth, rest);
+  const Mouth found_mouth = follow_mouth(evidence, mouth, rest);
+  const double trust = trust_in(found_mouth, evidence);
+  if (trust > 0.5) mouth = found_mouth;
   // A furrow hardly shows at rest; its lower end stays by the corner of the mouth.
   for (const FeatureIndex f : {kFurrowLeft, kFurrowRight}) {
     const std::vector<Point2> usual =
@@ -453,9 +508,9 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
   target[kChinBoss] = follow_chin(chart, chin_sight);
   std::fill(quality[kChinBoss].begin(), quality[kChinBoss].end(), chin_sight);
   for (const FeatureIndex f : {kUpperLip, kLowerLip}) {
-    const std::vector<Point2> model = lip_nodes(mouth, f == kUpperLip);
+    const std::vector<Point2> model = lip_nodes(found_mouth, f == kUpperLip);
     for (size_t i = 0; i < model.size(); ++i) {
-      target[f][i] += options.model_share * (model[i] - target[f][i]);
+      target[f][i] += trust * options.model_share * (model[i] - target[f][i]);
     }
   }
   if (prior) {
@@ -493,7 +548,9 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
                                             : 1.0);
     }
     const ContourLandscape landscape(evidence, static_cast<FeatureIndex>(f), target[f]);
-    Snake snake(target[f], snake_options(static_cast<FeatureIndex>(f)));
+    SnakeOptions snake_settings = snake_options(static_cast<FeatureIndex>(f));
+    snake_settings.stepping = options.stepping;
+    Snake snake(target[f], snake_settings);
     snake.set_anchors(anchors);
     report.relax_iterations += snake.relax(&landscape).iterations;
     contours[f] = resample(snake.nodes(), static_cast<int>(contours[f].size()));
@@ -514,22 +571,48 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
   contours[kChinBoss] =
       shifted(at_start[kChinBoss], middle_of(contours[kChinBoss]) - middle_of(at_start[kChinBoss]));
   join_lip_ends(contours);
-  judge(evidence, quality);
+  judge(evidence, quality, target, likeness);
 }
 
-// confidence = presence x sameness x sight:
-//   presence  the evidence under the contour against that of a clear edge (a furrow at rest has
-//   little), sameness  the same against what lay under it at the start, sight     the mean quality
-//   of the flow that carried its nodes here.
 void Tracker::Impl::judge(const Evidence& evidence,
-                          const std::array<std::vector<double>, kNumFeatures>& quality) {
+                          const std::array<std::vector<double>, kNumFeatures>& quality,
+                          const ContourNodes& expected,
+                          const std::array<double, kNumParts>& likeness) {
   for (size_t f = 0; f < kNumFeatures; ++f) {
     const double found = evidence_under(evidence, static_cast<FeatureIndex>(f), contours[f]);
-    const double presence = std::clamp(found / kClearEdge, 0.1, 1.0);
-    const double sameness = std::clamp(found / usual_evidence[f], 0.1, 1.0);
+    const auto n = static_cast<double>(contours[f].size());
     double sight = 0.0;
-    for (const double q : quality[f]) sight += q / static_cast<double>(quality[f].size());
-    confidence[f] = presence * sameness * std::clamp(0.2 + sight, 0.1, 1.0);
+    double surprise_px = 0.0;
+    for (size_t i = 0; i < contours[f].size(); ++i) {
+      sight += quality[f][i] / n;
+      surprise_px += (contours[f][i] - expected[f][i]).norm() / n;
+    }
+    terms[f][kPresence] = std::min(1.0, found / kClearEdge);
+    terms[f][kSameness] = std::min(1.0, found / usual_evidence[f]);
+    terms[f][kSight] = sight;
+    terms[f][kLikeness] = std::max(0.0, likeness[part_of(f)]);
+    terms[f][kNearness] = std::exp(-surprise_px / kNearness_px);
+    confidence[f] = confidence_of(confidence_map(kFeatureSchema[f].name), terms[f]);
+  }
+}
+
+// At the start nothing is known but the place itself and what lies under it.
+void Tracker::Impl::judge_start(const Evidence& evidence, const ContourNodes& given_nodes) {
+  const ContourNodes usual = template_contours();
+  for (size_t f = 0; f < kNumFeatures; ++f) {
+    const double found = evidence_under(evidence, static_cast<FeatureIndex>(f), contours[f]);
+    usual_evidence[f] = std::max(0.05, found);
+    terms[f] = kBestTerms;
+    terms[f][kPresence] = std::min(1.0, found / kClearEdge);
+    if (given_nodes[f].empty()) {
+      double far_px = 0.0;
+      const auto n = static_cast<double>(contours[f].size());
+      for (size_t i = 0; i < contours[f].size(); ++i) {
+        far_px += (contours[f][i] - usual[f][i]).norm() / n;
+      }
+      terms[f][kUsualness] = std::exp(-far_px / kUsualness_px);
+    }
+    confidence[f] = confidence_of(confidence_map(kFeatureSchema[f].name), terms[f]);
   }
 }
 
@@ -597,13 +680,21 @@ Tracker::~Tracker() = default;
 Tracker::Tracker(Tracker&&) noexcept = default;
 Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 
-void Tracker::start_from(const ContourSet& initial) { impl_->given = initial; }
-void Tracker::set_prior(const ContourSet& prior) { impl_->prior = prior; }
+void Tracker::start_from(const ContourSet& initial) {
+  require_finite(initial);
+  impl_->given = initial;
+}
+void Tracker::set_prior(const ContourSet& prior) {
+  require_finite(prior);
+  impl_->prior = prior;
+}
 
 ContourSet Tracker::track(const Frame& frame) {
   Impl& impl = *impl_;
   impl.report = {};
   const bool usable = !as_bgr(frame.image).empty();
+  // Whoever is seen after a cut, the contours of before are not theirs.
+  if (impl.cut.at(frame.image)) impl.tracking = false;
   if (usable && impl.given && impl.start_from_given(frame)) {
     // Nothing more to do in this frame.
   } else if (usable && impl.tracking) {
@@ -616,6 +707,7 @@ ContourSet Tracker::track(const Frame& frame) {
   impl.prior.reset();
   ContourSet set = impl.result(frame);
   impl.report.face_found = impl.tracking;
+  impl.report.terms = impl.terms;
   for (const Contour& contour : set.contours) impl.report.num_lost += contour.lost() ? 1 : 0;
   return set;
 }

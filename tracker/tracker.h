@@ -5,10 +5,13 @@
 #include <memory>
 #include <string>
 
+#include "tracker/confidence.h"
 #include "tracker/contour_set.h"
+#include "tracker/feature_schema.h"
 #include "tracker/frame.h"
 #include "tracker/head_pose.h"
 #include "tracker/lip_map.h"
+#include "tracker/snake.h"
 
 namespace zygoma {
 
@@ -33,6 +36,8 @@ struct TrackerOptions {
   // A look at the mouth or the brows that resembles every remembered one less than this is
   // remembered too, (0, 1). Small: flow must bridge large changes; large: drift is remembered.
   double new_look_correlation = 0.85;
+  // How the snakes step; both come to rest in the same places (snake.h).
+  SnakeStepping stepping = SnakeStepping::kImplicit;
 
   // Throws InputError naming the first value outside its range.
   void check() const;
@@ -44,6 +49,8 @@ struct TrackReport {
   bool started = false;      // all contours were placed anew
   int num_lost = 0;          // contours without a position in this frame
   int relax_iterations = 0;  // summed over contours
+  // Why the confidences are what they are; of contours without a position, of when they had one.
+  std::array<ConfidenceTerms, kFeatureSchema.size()> terms{};
 };
 
 class Tracker {
@@ -54,7 +61,8 @@ class Tracker {
   Tracker& operator=(Tracker&&) noexcept;
 
   // Uses these contours instead of the automatic start on the next frame. Contours that are
-  // missing are placed by the template fitted to those given.
+  // missing are placed by the template fitted to those given. Throws InputError naming the contour
+  // if a point is not finite.
   void start_from(const ContourSet& initial);
 
   // Where another tracker sees the contours of the next frame: they are drawn there, and the

@@ -51,6 +51,12 @@ void TrackingOptions::declare(OptionSink& options) {
                "FILE",
                "a model of yours that finds the face instead of the cascades: YuNet (.onnx) or an "
                "OpenCV Facemark of 68 landmarks (.yaml)");
+  options.choice(
+      "--stepping",
+      stepping_,
+      {"implicit", "explicit"},
+      "how contours settle: implicit, or Euler's explicit steps as in 1992 (slower, same "
+      "places)");
 }
 
 VideoSource TrackingOptions::source(const std::string& video_path) const {
@@ -77,8 +83,10 @@ TrackedVideo TrackingOptions::track(const VideoSource& source,
           "--landmarks-as prior: needs --landmarks");
   std::vector<Correction> corrections;
   if (!corrections_path_.empty()) corrections = read_corrections(corrections_path_);
+  TrackerOptions tracker = tracker_;
+  tracker.stepping = stepping_ == "explicit" ? SnakeStepping::kExplicit : SnakeStepping::kImplicit;
   TrackedVideo tracked =
-      track_video(source, guidance, tracker_, context.progress, context.stop, limits);
+      track_video(source, guidance, tracker, context.progress, context.stop, limits);
   try {
     correct_track(corrections, tracked, context.progress, context.stop);
   } catch (const InputError& error) {

@@ -27,6 +27,7 @@ class TrackingOptions {
   std::string landmarks_as_ = "start";
   std::string second_look_ = "start";
   std::string corrections_path_;
+  std::string stepping_ = "implicit";
 };
 
 }  // namespace zygoma

@@ -2,7 +2,7 @@
 //
 // Every test of a hard case records one row or more. The id of a row is the name of its test suite
 // (HC07 is HC-07), so the two cannot disagree. With ZYGOMA_STABILITY_PAGE naming a file, the test
-// program replaces the table in it; text above the table stays. It does so only if all tests ran:
+// program replaces the rows of those cases in it whose tests all ran; text above the table stays:
 //
 //   ZYGOMA_LONG_TESTS=1 ZYGOMA_STABILITY_PAGE=docs/stability.md build/release/tests/hard_tests
 #pragma once

@@ -11,6 +11,7 @@
 #include "src/io/video_reader.h"
 #include "src/io/video_writer.h"
 #include "tests/src/scratch_folder.h"
+#include "tests/support/rotation_tag.h"
 
 namespace zygoma {
 namespace {
@@ -195,21 +196,6 @@ TEST(VideoTest, SameInputGivesTheSameFile) {
   write_clip(folder / "a.mp4", constant_rate(20, 25.0), {64, 48});
   write_clip(folder / "b.mp4", constant_rate(20, 25.0), {64, 48});
   EXPECT_EQ(bytes_of(folder / "a.mp4"), bytes_of(folder / "b.mp4"));
-}
-
-// Puts a 90 degree turn into the track header of an MP4.
-void tag_as_rotated(const std::string& path) {
-  std::string bytes = bytes_of(path);
-  const auto box = bytes.find("tkhd");
-  ASSERT_NE(box, std::string::npos);
-  const std::int32_t matrix[9] = {0, 1 << 16, 0, -(1 << 16), 0, 0, 0, 0, 1 << 30};
-  for (int i = 0; i < 9; ++i) {
-    for (int byte = 0; byte < 4; ++byte) {
-      bytes[box + 44 + 4 * i + byte] =
-          static_cast<char>(static_cast<std::uint32_t>(matrix[i]) >> (24 - 8 * byte) & 255u);
-    }
-  }
-  std::ofstream(path, std::ios::binary) << bytes;
 }
 
 TEST(VideoTest, AppliesTheRotationTag) {

@@ -8,75 +8,11 @@
 #include <opencv2/imgproc.hpp>
 
 #include "src/base/check.h"
+#include "tests/support/two_bands.h"
 #include "tracker/initialiser.h"
 
 namespace zygoma {
 namespace {
-
-constexpr double kBrowRow = 80.0;   // brightness falls downwards here ...
-constexpr double kOtherRow = 92.0;  // ... and here
-constexpr int kNumFrames = 40;
-constexpr int kCorrected = 15;
-
-// Two dark bands right across the chart: two edges that look like the upper edge of a brow.
-FaceChart two_bands() {
-  cv::Mat image(kChartHeight, kChartWidth, CV_8UC3, cv::Scalar::all(180));
-  for (const double row : {kBrowRow, kOtherRow}) {
-    cv::rectangle(image,
-                  cv::Point(0, static_cast<int>(row) + 1),
-                  cv::Point(kChartWidth, static_cast<int>(row) + 6),
-                  cv::Scalar::all(60),
-                  cv::FILLED);
-  }
-  cv::GaussianBlur(image, image, cv::Size(), 1.0);
-  return make_face_chart(image, Similarity{});
-}
-
-std::vector<FaceChart> charts() { return std::vector<FaceChart>(kNumFrames, two_bands()); }
-
-// The left brow on the first band, everything else lost.
-std::vector<ContourSet> automatic_track() {
-  std::vector<Point2> nodes;
-  for (int i = 0; i < 9; ++i) nodes.emplace_back(110.0 + 5.0 * i, kBrowRow + 0.5);
-  std::vector<ContourSet> track(kNumFrames);
-  for (int k = 0; k < kNumFrames; ++k) {
-    track[k].frame_index = k;
-    for (const Feature& feature : kFeatureSchema) {
-      track[k].contours.push_back({std::string(feature.name), {}, 0.0, false});
-    }
-    track[k].contours[kBrowLeft].points_px = nodes;
-    track[k].contours[kBrowLeft].confidence = 0.5;
-  }
-  return track;
-}
-
-Correction pull(double to_row, MouseForce force = MouseForce::kSpring) {
-  Correction correction;
-  correction.id = 1;
-  correction.frame = kCorrected;
-  correction.contour = "brow_left";
-  correction.force = force;
-  correction.along = 0.5;
-  correction.at_px = {130.0, to_row};
-  correction.stiffness = 8.0;
-  correction.radius = force == MouseForce::kVolcano ? 20.0 : 1.0;
-  return correction;
-}
-
-std::vector<ContourSet> corrected(const std::vector<Correction>& corrections) {
-  std::vector<ContourSet> track = automatic_track();
-  for (const FrameRange& range : reach_of(corrections, kNumFrames)) {
-    std::vector<FaceChart> all = charts();
-    apply_corrections(corrections,
-                      range,
-                      {all.begin() + range.first, all.begin() + range.last + 1},
-                      LipMap(),
-                      track);
-  }
-  return track;
-}
-
-double middle_row(const ContourSet& set) { return set.contours[kBrowLeft].points_px[4].y(); }
 
 TEST(CorrectionTest, WithoutEventsNothingChanges) {
   EXPECT_TRUE(reach_of({}, kNumFrames).empty());
@@ -89,29 +25,6 @@ TEST(CorrectionTest, ASpringHoldsTheContourInItsFrame) {
   EXPECT_NEAR(brow.points_px[4].y(), kBrowRow - 3.0, 0.5);
   EXPECT_TRUE(brow.locked);
   EXPECT_EQ(brow.confidence, 1.0);
-}
-
-// HC-74: no ridge was crossed, so the frames around fall back onto their edge and, a few frames on,
-// keep the bits of the automatic track.
-TEST(CorrectionTest, PulledWithoutCrossingARidgeTheContourComesBack) {
-  const std::vector<ContourSet> automatic = automatic_track();
-  const std::vector<ContourSet> track = corrected({pull(kBrowRow - 2.5)});
-  EXPECT_GT(std::abs(middle_row(track[kCorrected]) - middle_row(automatic[0])), 1.5);
-  int touched = 0;
-  for (int k = 0; k < kNumFrames; ++k) {
-    if (k == kCorrected || track[k] == automatic[k]) continue;
-    ++touched;
-    EXPECT_LT(std::abs(k - kCorrected), 8) << k;
-    EXPECT_FALSE(track[k].contours[kBrowLeft].locked);
-  }
-  EXPECT_LT(touched, 14);
-}
-
-// HC-75: dragged over to the other band the contour stays there, in both directions of time.
-TEST(CorrectionTest, DraggedAcrossARidgeTheContourStaysThere) {
-  const std::vector<ContourSet> track = corrected({pull(kOtherRow)});
-  for (int k = 0; k < kNumFrames; ++k) EXPECT_NEAR(middle_row(track[k]), kOtherRow, 1.5) << k;
-  EXPECT_EQ(track, corrected({pull(kOtherRow)})) << "replay differs";
 }
 
 TEST(CorrectionTest, ActsUntilTheNextCorrectionOfTheContour) {

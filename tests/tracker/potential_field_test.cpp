@@ -67,6 +67,40 @@ TEST(PotentialField, SnakeFindsTheEdgeItWasGiven) {
   }
 }
 
+// A contour rests where the gradient vanishes: between pixels, not on them, and without jumps as it
+// passes from one pixel to the next.
+TEST(PotentialField, GradientFindsTheEdgeBetweenPixels) {
+  for (const double edge : {30.0, 30.2, 30.4, 30.5, 30.7, 30.9}) {
+    const PotentialField field(dark_band(edge, 50.0), cv::Rect(0, 0, 120, 80), {1.5, 0.95, 1.0});
+    double rest = 0.0;
+    double steepest = 0.0;
+    constexpr double kStep = 0.01;
+    for (double y = 28.0; y < 33.0; y += kStep) {
+      const double here = field.gradient({60.3, y}).y();
+      const double next = field.gradient({60.3, y + kStep}).y();
+      steepest = std::max(steepest, std::abs(next - here) / kStep);
+      if (here < 0.0 && next >= 0.0) rest = y + 0.5 * kStep;
+    }
+    EXPECT_NEAR(rest, edge, 0.05);
+    EXPECT_LT(steepest, 1.0);  // 1 / (1.5^2 + 1.4^2) of a smooth ravine one deep, with room
+  }
+}
+
+TEST(PotentialField, NothingOutsideTheRegionIsLookedAt) {
+  cv::Mat image = dark_band(30.4, 50.0);
+  const cv::Rect region(30, 15, 60, 30);
+  const PotentialField before(image, region, {});
+  // Beyond the region and the reach of its Gaussian.
+  image.rowRange(60, 80).setTo(cv::Scalar(7));
+  image.colRange(0, 20).setTo(cv::Scalar(250));
+  const PotentialField after(image, region, {});
+  for (double y = 16.0; y < 44.0; y += 0.7) {
+    EXPECT_EQ(before.potential({55.5, y}), after.potential({55.5, y}));
+    EXPECT_EQ(before.gradient({55.5, y}), after.gradient({55.5, y}));
+    EXPECT_EQ(after.gradient({5.0, y}), Point2::Zero());
+  }
+}
+
 TEST(PotentialField, CutOutEqualsTheWhole) {
   const cv::Mat image = dark_band(30.4, 50.0);
   PotentialOptions options;

@@ -237,6 +237,47 @@ TEST(Tracker, MirroredFaceGivesMirroredContours) {
   }
 }
 
+TEST(Tracker, ExplicitSteppingComesToTheSamePlaces) {
+  ContourSet last[2];
+  for (const SnakeStepping stepping : {SnakeStepping::kImplicit, SnakeStepping::kExplicit}) {
+    TrackerOptions options;
+    options.stepping = stepping;
+    Tracker tracker(options);
+    tracker.start_from(template_at({}));
+    for (int i = 0; i < 8; ++i) {
+      Drawing d;
+      d.mouth_open = 0.03 * i;
+      last[stepping == SnakeStepping::kExplicit] = tracker.track(frame_of(i, draw(d)));
+    }
+  }
+  for (size_t f = 0; f < last[0].contours.size(); ++f) {
+    for (size_t n = 0; n < last[0].contours[f].points_px.size(); ++n) {
+      EXPECT_LT((last[0].contours[f].points_px[n] - last[1].contours[f].points_px[n]).norm(), 0.3)
+          << last[0].contours[f].name << " node " << n;
+    }
+  }
+}
+
+TEST(Tracker, SaysWhyAConfidenceIsLow) {
+  Tracker tracker;
+  tracker.start_from(template_at({}));
+  ContourSet set;
+  for (int i = 0; i < 8; ++i) {
+    cv::Mat image = draw({});
+    if (i > 4)
+      cv::rectangle(image, cv::Rect(110, 160, 100, 50), cv::Scalar(90, 20, 20), cv::FILLED);
+    set = tracker.track(frame_of(i, image));
+  }
+  for (size_t f = 0; f < set.contours.size(); ++f) {
+    const ConfidenceTerms& terms = tracker.report().terms[f];
+    const ConfidenceMap& map = confidence_map(set.contours[f].name);
+    EXPECT_NEAR(set.contours[f].confidence, confidence_of(map, terms), 1e-12);
+    if (set.contours[f].name != "upper_lip") continue;
+    EXPECT_LT(set.contours[f].confidence, 0.5);
+    EXPECT_LT(terms[weakest_term(map, terms)], 0.5);
+  }
+}
+
 TEST(Tracker, SameBitsOnRepetition) {
   ContourSet last[2];
   for (ContourSet& out : last) {
