@@ -27,6 +27,9 @@ struct Contractions {
   double jaw_sigma = 0.0;     // posterior standard deviation
   std::vector<double> value;  // [0, 1], in the order of the muscle names that go with it
   std::vector<double> sigma;  // posterior standard deviation; empty if not estimated
+  // Whether the picture says more of a control than the prior does; empty if not estimated.
+  std::vector<bool> observed;
+  bool jaw_observed = false;
   std::vector<std::pair<std::string, double>>
       residual_px;  // RMS per contour, contour against model
 

@@ -180,8 +180,11 @@ std::size_t window_end(const std::vector<ObservedFrame>& frames, std::size_t beg
   return end;
 }
 
-// The centre of the window that looks most like a face at rest.
-std::size_t find_rest(const std::vector<ObservedFrame>& frames, const ShapeTrack& track) {
+// Centres of windows that do not overlap, the one that looks most like a face at rest first, with
+// how far it does not.
+std::vector<std::pair<std::size_t, double>> find_rest(const std::vector<ObservedFrame>& frames,
+                                                      const ShapeTrack& track,
+                                                      int most) {
   const auto low = [](const std::vector<double>& values) {
     const std::vector<double> seen = seen_values(values);
     return seen.empty() ? 0.0 : quantile(seen, 0.1);
@@ -196,8 +199,11 @@ std::size_t find_rest(const std::vector<ObservedFrame>& frames, const ShapeTrack
   const auto excess = [](double value, double reference) {
     return std::isfinite(value) ? std::max(0.0, value - reference) : 0.05;
   };
-  std::size_t best = 0;
-  double best_score = std::numeric_limits<double>::infinity();
+  struct Candidate {
+    double score;
+    std::size_t begin, end;
+  };
+  std::vector<Candidate> candidates;
   for (std::size_t begin = 0; begin < frames.size(); ++begin) {
     const std::size_t end = window_end(frames, begin);
     if (begin > 0 && end - begin < kFewestFrames) break;
@@ -217,12 +223,24 @@ std::size_t find_rest(const std::vector<ObservedFrame>& frames, const ShapeTrack
     }
     const double late = 0.01 * (frames[begin].time_s - frames.front().time_s) / duration;
     const double score = (3.0 * motion + strain) / static_cast<double>(end - begin) + late;
-    if (score < best_score) {
-      best_score = score;
-      best = (begin + end - 1) / 2;
-    }
+    candidates.push_back({score, begin, end});
   }
-  return best;
+  std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) {
+    return a.score < b.score;
+  });
+  std::vector<Candidate> chosen;
+  for (const Candidate& next : candidates) {
+    if (static_cast<int>(chosen.size()) == most) break;
+    const bool is_apart = std::all_of(chosen.begin(), chosen.end(), [&](const Candidate& taken) {
+      return next.end <= taken.begin || taken.end <= next.begin;
+    });
+    if (is_apart) chosen.push_back(next);
+  }
+  std::vector<std::pair<std::size_t, double>> centres;
+  for (const Candidate& window : chosen) {
+    centres.emplace_back((window.begin + window.end - 1) / 2, window.score);
+  }
+  return centres;
 }
 
 // Neighbours of the chosen frame in which the face has not moved yet.
@@ -245,23 +263,71 @@ std::array<std::size_t, 2> still_stretch(const std::vector<ObservedFrame>& frame
   return {begin, end};
 }
 
+// How the mouth stands, as shares of the size of the face.
+struct MouthPose {
+  double width = 0.0;
+  double gap = 0.0;   // of the outer borders, in the middle
+  double rise = 0.0;  // corners above the middle of the mouth
+  double tilt = 0.0;  // left corner above the right one
+};
+
+MouthPose mouth_pose(const NodeStack& n, double size) {
+  const Point2 upper = n.col(centre_node(kUpperLipContour));
+  const Point2 lower = n.col(centre_node(kLowerLipContour));
+  const Point2 across = (left_corner(n) - right_corner(n)).normalized();
+  const Point2 down(-across.y(), across.x());
+  const Point2 brows = (brow_left(n) - brow_right(n)).normalized();
+  MouthPose pose;
+  pose.width = (left_corner(n) - right_corner(n)).norm() / size;
+  pose.gap = down.dot(lower - upper) / size;
+  pose.rise = down.dot(0.5 * (upper + lower) - 0.5 * (left_corner(n) + right_corner(n))) / size;
+  pose.tilt = across.x() * brows.y() - across.y() * brows.x();
+  return pose;
+}
+
 }  // namespace
 
-Neutral find_neutral(const std::vector<ObservedFrame>& frames, int frame_index) {
-  require(!frames.empty(), "no frame has contours; expected at least one");
-  std::size_t centre = 0;
-  if (frame_index >= 0) {
-    const auto chosen = std::find_if(frames.begin(), frames.end(), [&](const ObservedFrame& f) {
-      return f.frame_index == frame_index;
-    });
-    require(chosen != frames.end(),
-            "neutral_frame is " + std::to_string(frame_index) +
-                ": this frame has no usable contours; expected a frame in which the face is "
-                "tracked");
-    centre = static_cast<std::size_t>(chosen - frames.begin());
-  } else {
-    centre = find_rest(frames, align_frames(frames, frames[fullest_frame(frames)]));
+std::vector<std::string> doubts_about(const Neutral& neutral, const FaceResponse& model) {
+  // Shares of the face beyond which ordinary proportions do not explain a mouth; the tilt in rad.
+  constexpr double kWide = 0.12;
+  constexpr double kOpen = 0.07;
+  constexpr double kRaised = 0.045;
+  constexpr double kTilted = 0.09;
+  std::vector<std::string> doubts;
+  const auto seen = [&](int contour) {
+    return neutral.contours.visible(contour) &&
+           model.has_contour[static_cast<std::size_t>(contour)];
+  };
+  if (!seen(kUpperLipContour) || !seen(kLowerLipContour)) {
+    doubts.emplace_back("the mouth is not seen");
+    return doubts;
   }
+  if (!seen(kBrowLeftContour) || !seen(kBrowRightContour)) {
+    doubts.emplace_back("a brow is not seen");
+    return doubts;
+  }
+  StackedContours usual;
+  usual.nodes = model.rest_mm;
+  usual.confidence = neutral.contours.confidence;
+  const MouthPose now = mouth_pose(neutral.contours.nodes, face_size(neutral.contours));
+  const MouthPose rest = mouth_pose(usual.nodes, face_size(usual));
+  if (now.gap > rest.gap + kOpen) doubts.emplace_back("the lips are apart");
+  if (now.width > rest.width + kWide || now.rise > rest.rise + kRaised) {
+    doubts.emplace_back("the mouth smiles");
+  }
+  if (std::abs(now.tilt) > kTilted) doubts.emplace_back("left and right are not alike");
+  return doubts;
+}
+
+Neutral neutral_at(const std::vector<ObservedFrame>& frames, int frame_index) {
+  const auto chosen = std::find_if(frames.begin(), frames.end(), [&](const ObservedFrame& f) {
+    return f.frame_index == frame_index;
+  });
+  require(chosen != frames.end(),
+          "neutral_frame is " + std::to_string(frame_index) +
+              ": this frame has no usable contours; expected a frame in which the face is "
+              "tracked");
+  const auto centre = static_cast<std::size_t>(chosen - frames.begin());
   const ShapeTrack track = align_frames(frames, frames[centre]);
   const auto [begin, end] = still_stretch(frames, track, centre);
 
@@ -279,6 +345,17 @@ Neutral find_neutral(const std::vector<ObservedFrame>& frames, int frame_index) 
   return neutral;
 }
 
+std::vector<Neutral> neutral_candidates(const std::vector<ObservedFrame>& frames, int most) {
+  require(!frames.empty(), "no frame has contours; expected at least one");
+  const ShapeTrack track = align_frames(frames, frames[fullest_frame(frames)]);
+  std::vector<Neutral> candidates;
+  for (const auto& [centre, score] : find_rest(frames, track, most)) {
+    candidates.push_back(neutral_at(frames, frames[centre].frame_index));
+    candidates.back().score = score;
+  }
+  return candidates;
+}
+
 Point2 PerformerFrame::to_mm(const Point2& image_px) const {
   const Point2 p = image_px - centre_px;
   const double c = std::cos(roll_rad) * millimetre_per_px;
@@ -291,6 +368,36 @@ Point2 PerformerFrame::to_px(const Point2& model_mm) const {
   const double s = std::sin(roll_rad) / millimetre_per_px;
   return centre_px +
          Point2(c * model_mm.x() - s * model_mm.y(), s * model_mm.x() + c * model_mm.y());
+}
+
+Eigen::VectorXd face_proportions(const StackedContours& contours) {
+  constexpr double kUnseen = std::numeric_limits<double>::quiet_NaN();
+  Eigen::VectorXd result = Eigen::VectorXd::Constant(kSpans.size() + 1, kUnseen);
+  const double size = face_size(contours);
+  if (size <= 0.0) return result;
+  for (std::size_t i = 0; i < kSpans.size(); ++i) {
+    const Span& span = kSpans[i];
+    if (!contours.visible(span.contour[0]) || !contours.visible(span.contour[1])) continue;
+    result[static_cast<Eigen::Index>(i)] =
+        (span.from(contours.nodes) - span.to(contours.nodes)).norm() / size;
+  }
+  if (contours.visible(kEyelidLeftContour) && contours.visible(kEyelidRightContour)) {
+    result[kSpans.size()] =
+        (contours.mean(kEyelidLeftContour) - contours.mean(kEyelidRightContour)).norm() / size;
+  }
+  return result;
+}
+
+double proportion_difference(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  double sum = 0.0;
+  int count = 0;
+  for (Eigen::Index i = 0; i < std::min(a.size(), b.size()); ++i) {
+    if (!std::isfinite(a[i]) || !std::isfinite(b[i])) continue;
+    const double relative = 2.0 * (a[i] - b[i]) / (a[i] + b[i]);
+    sum += relative * relative;
+    ++count;
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0.0;
 }
 
 PerformerFrame measure_performer(const Neutral& neutral, const FaceResponse& model) {

@@ -17,14 +17,14 @@
 
 namespace zygoma {
 
-inline constexpr int kNumContours = static_cast<int>(kContours1992.size());
+inline constexpr int kNumContours = static_cast<int>(kFeatureSchema.size());
 
 // First node of each contour in the stack; the last entry is the number of nodes.
 inline constexpr std::array<int, kNumContours + 1> kNodeBegin = [] {
   std::array<int, kNumContours + 1> begin{};
   for (int i = 0; i < kNumContours; ++i) {
     begin[static_cast<std::size_t>(i) + 1] =
-        begin[static_cast<std::size_t>(i)] + kContours1992[static_cast<std::size_t>(i)].num_nodes;
+        begin[static_cast<std::size_t>(i)] + kFeatureSchema[static_cast<std::size_t>(i)].num_nodes;
   }
   return begin;
 }();
@@ -33,7 +33,7 @@ inline constexpr int kNumNodes = kNodeBegin[kNumContours];
 // Place among these contours; -1 for any other name.
 constexpr int contour_index(std::string_view name) {
   for (int i = 0; i < kNumContours; ++i) {
-    if (kContours1992[static_cast<std::size_t>(i)].name == name) return i;
+    if (kFeatureSchema[static_cast<std::size_t>(i)].name == name) return i;
   }
   return -1;
 }
@@ -46,6 +46,15 @@ inline constexpr int kUpperLipContour = contour_index("upper_lip");
 inline constexpr int kLowerLipContour = contour_index("lower_lip");
 inline constexpr int kChinBossContour = contour_index("chin_boss");
 inline constexpr int kHairlineContour = contour_index("hairline");
+
+inline constexpr int kEyelidLeftContour = contour_index("eyelid_left");
+inline constexpr int kEyelidRightContour = contour_index("eyelid_right");
+
+// Lids: rims of the eyes from corner to corner. The corners are fixed to the skull; between them a
+// lid goes where blinks take it.
+constexpr bool is_eyelid(int contour) {
+  return kFeatureSchema[static_cast<std::size_t>(contour)].name.starts_with("eyelid_");
+}
 
 constexpr int node_begin(int contour) { return kNodeBegin[static_cast<std::size_t>(contour)]; }
 constexpr int num_nodes(int contour) { return node_begin(contour + 1) - node_begin(contour); }

@@ -38,6 +38,7 @@ HeadMotion fit_head_motion(const NodeStack& from,
   double along = 0.0;
   double across = 0.0;
   for (int k = 0; k < kNumNodes; ++k) {
+    if (weight[k] <= 0.0) continue;
     const Point2 p = from.col(k) - from_mean;
     const Point2 q = to.col(k) - to_mean;
     square += weight[k] * p.squaredNorm();
@@ -80,9 +81,19 @@ Eigen::VectorXd head_weights(const StackedContours& neutral, const StackedContou
     const auto c = static_cast<std::size_t>(contour);
     return std::min(neutral.confidence[c], frame.confidence[c]);
   };
+  // Corners of the eyes are points of the skull. Without them hairline and nose tip have to do,
+  // though hair is hair and wings of a nose follow a smile.
+  constexpr double kCorner = 4.0;
+  double corners = 0.0;
+  for (int contour = 0; contour < kNumContours; ++contour) {
+    if (!is_eyelid(contour)) continue;
+    weight[first_node(contour)] = weight[last_node(contour)] = kCorner * trust(contour);
+    corners += kCorner * trust(contour);
+  }
+  const double rest = 9.0 / (1.0 + 2.0 * corners);
   for (const int contour : {kHairlineContour, kNoseTipContour}) {
     weight.segment(node_begin(contour), num_nodes(contour))
-        .setConstant(trust(contour) * 9.0 / num_nodes(contour));
+        .setConstant(trust(contour) * rest / num_nodes(contour));
   }
   for (const int contour : {kBrowLeftContour, kBrowRightContour}) {
     weight[last_node(contour)] = kWeak * trust(contour);

@@ -1,6 +1,7 @@
 // Where the head is in the image: a similarity (shift, roll, scale) against the neutral frame,
 // fitted to the parts that do not move with the expression (paper, section 6c: the hairline is the
-// head reference; the nose tip is our second one, as a mean alone cannot see roll or scale).
+// head reference; the nose tip is our second one, as a mean alone cannot see roll or scale; where
+// lids are tracked, the corners of the eyes are the best there is).
 //
 // Minimises sum_k w_k rho(||S(p_k) - q_k||) with Cauchy's rho by reweighting; each weighted step is
 // closed form. A tracked hairline is often disturbed by hair, so no contour is trusted alone.
@@ -38,8 +39,9 @@ HeadMotion fit_head_motion_robustly(const NodeStack& from,
                                     const Eigen::VectorXd& weight,
                                     double outlier_scale);
 
-// How much each node says about the head in a pair of frames: hairline and nose tip; outer brow
-// ends, furrow tops and mouth corners a little, for frames in which the others are lost.
+// How much each node says about the head in a pair of frames: corners of the eyes, hairline and
+// nose tip; outer brow ends, furrow tops and mouth corners a little, for frames in which the others
+// are lost.
 Eigen::VectorXd head_weights(const StackedContours& neutral, const StackedContours& frame);
 
 }  // namespace zygoma

@@ -3,158 +3,11 @@
 #include <algorithm>
 #include <cassert>
 
+#include "retarget/curve_probe.h"
 #include "src/base/check.h"
 
 namespace zygoma {
 namespace {
-
-using CurvePoints = std::array<std::vector<Vec3>, kNumContours>;
-
-// Evaluates the anatomy's curves in a state of the face.
-class CurveProbe {
- public:
-  CurveProbe(const Anatomy& anatomy, double viewing_distance_mm)
-      : anatomy_(anatomy), distance_mm_(viewing_distance_mm) {
-    for (const NamedCurve& curve : anatomy.curves) {
-      const int contour = contour_index(curve.name);
-      if (contour >= 0 && curve.skin_vertices.size() >= 2) {
-        vertices_[static_cast<std::size_t>(contour)] = curve.skin_vertices;
-      }
-    }
-  }
-
-  bool has(int contour) const { return !vertices_[static_cast<std::size_t>(contour)].empty(); }
-
-  CurvePoints curves(const FaceState& state) const {
-    CurvePoints result;
-    for (std::size_t c = 0; c < vertices_.size(); ++c) {
-      for (const int vertex : vertices_[c]) {
-        Vec3 point = anatomy_.skin.mesh.positions_mm[static_cast<std::size_t>(vertex)];
-        for_each_support(vertex, [&](int j, double weight) {
-          const auto node = static_cast<std::size_t>(j);
-          point += weight * (state.positions_mm[node] - anatomy_.surface.positions_mm[node]);
-        });
-        result[c].push_back(point);
-      }
-    }
-    return result;
-  }
-
-  // Velocities of the curves' points for one column of a surface sensitivity.
-  CurvePoints velocities(const Eigen::Ref<const Eigen::VectorXd>& column) const {
-    CurvePoints result;
-    for (std::size_t c = 0; c < vertices_.size(); ++c) {
-      for (const int vertex : vertices_[c]) {
-        Vec3 velocity = Vec3::Zero();
-        for_each_support(
-            vertex, [&](int j, double weight) { velocity += weight * column.segment<3>(3 * j); });
-        result[c].push_back(velocity);
-      }
-    }
-    return result;
-  }
-
-  // The stack of nodes in the image (mm) and its velocity.
-  void image(const CurvePoints& points,
-             const CurvePoints& velocity,
-             NodeStack& nodes_mm,
-             NodeStack& node_velocity) const {
-    nodes_mm.setZero();
-    node_velocity.setZero();
-    for (int c = 0; c < kNumContours; ++c) {
-      const auto index = static_cast<std::size_t>(c);
-      if (!has(c)) continue;
-      std::vector<Point2> flat;
-      std::vector<Point2> flat_velocity;
-      for (std::size_t i = 0; i < points[index].size(); ++i) {
-        const Vec3& p = points[index][i];
-        const Vec3& v = velocity[index][i];
-        const double magnify = distance_mm_ / (distance_mm_ - p.z());
-        const double magnify_rate = magnify * magnify / distance_mm_ * v.z();
-        flat.emplace_back(magnify * p.x(), -magnify * p.y());
-        flat_velocity.emplace_back(magnify * v.x() + magnify_rate * p.x(),
-                                   -magnify * v.y() - magnify_rate * p.y());
-      }
-      std::vector<Point2> nodes(static_cast<std::size_t>(num_nodes(c)));
-      std::vector<Point2> velocities;
-      resample_by_arc_length(flat, flat_velocity, nodes, velocities);
-      for (int k = 0; k < num_nodes(c); ++k) {
-        nodes_mm.col(node_begin(c) + k) = nodes[static_cast<std::size_t>(k)];
-        node_velocity.col(node_begin(c) + k) = velocities[static_cast<std::size_t>(k)];
-      }
-    }
-  }
-
-  NodeStack image(const FaceState& state) const {
-    const CurvePoints points = curves(state);
-    NodeStack nodes_mm;
-    NodeStack ignored;
-    image(points, points, nodes_mm, ignored);
-    return nodes_mm;
-  }
-
-  // Depth of the nodes, by linear interpolation over the same arc length.
-  Eigen::VectorXd depth(const FaceState& state) const {
-    const CurvePoints points = curves(state);
-    Eigen::VectorXd result = Eigen::VectorXd::Zero(kNumNodes);
-    for (int c = 0; c < kNumContours; ++c) {
-      const std::vector<Vec3>& curve = points[static_cast<std::size_t>(c)];
-      for (int k = 0; has(c) && k < num_nodes(c); ++k) {
-        const double at =
-            static_cast<double>(k) / (num_nodes(c) - 1) * static_cast<double>(curve.size() - 1);
-        const auto i = std::min(static_cast<std::size_t>(at), curve.size() - 2);
-        const double t = at - static_cast<double>(i);
-        result[node_begin(c) + k] = (1.0 - t) * curve[i].z() + t * curve[i + 1].z();
-      }
-    }
-    return result;
-  }
-
- private:
-  template <typename Visit>
-  void for_each_support(int vertex, Visit&& visit) const {
-    const Embedding& e = anatomy_.skin.embedding;
-    const auto v = static_cast<std::size_t>(vertex);
-    for (int k = e.begin[v]; k < e.begin[v + 1]; ++k) {
-      const auto entry = static_cast<std::size_t>(k);
-      visit(e.index[entry], static_cast<double>(e.weight[entry]));
-    }
-  }
-
-  const Anatomy& anatomy_;
-  double distance_mm_;
-  std::array<std::vector<int>, kNumContours> vertices_;
-};
-
-Eigen::VectorXd flatten(const NodeStack& nodes) {
-  return Eigen::Map<const Eigen::VectorXd>(nodes.data(), nodes.size());
-}
-
-// d(stack)/d(controls) at an equilibrium, for these muscles of the anatomy and the jaw; the jaw's
-// column per unit of jaw, not per radian. Counts up `num_damped` where the derivatives are only
-// damped ones.
-Eigen::MatrixXd image_sensitivity(Simulator& face,
-                                  const CurveProbe& probe,
-                                  const std::vector<int>& muscles,
-                                  const Controls& controls,
-                                  const FaceState& state,
-                                  int& num_damped) {
-  const Sensitivity sensitivity = face.surface_sensitivity(controls, state);
-  if (sensitivity.damped) ++num_damped;
-  const Eigen::MatrixXd& surface = sensitivity.mm;
-  const CurvePoints points = probe.curves(state);
-  std::vector<Eigen::Index> columns(muscles.begin(), muscles.end());
-  columns.push_back(surface.cols() - 1);  // the jaw
-  Eigen::MatrixXd result(2 * kNumNodes, static_cast<Eigen::Index>(columns.size()));
-  NodeStack nodes;
-  NodeStack velocity;
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    probe.image(points, probe.velocities(surface.col(columns[i])), nodes, velocity);
-    result.col(static_cast<Eigen::Index>(i)) = flatten(velocity);
-  }
-  result.rightCols<1>() *= face.anatomy().jaw.full_rad;
-  return result;
-}
 
 // Squared motion per node and muscle; its column sums tell how far two muscles share nodes.
 Eigen::MatrixXd motion_per_node(const Eigen::MatrixXd& linear_mm, int num_muscles) {
@@ -203,12 +56,14 @@ class Measurement {
     }
     response_ = FaceResponse::zero(names);
     response_.viewing_distance_mm = options.viewing_distance_mm;
+    const Eigen::Index n = response_.num_controls();
+    corrective_sum_ = Eigen::MatrixXd::Zero(2 * kNumNodes, n * n);
     bool any = false;
     for (int c = 0; c < kNumContours; ++c) {
       response_.has_contour[static_cast<std::size_t>(c)] = probe_.has(c);
       any = any || probe_.has(c);
     }
-    require(any, "the face model names none of the nine contours among its curves");
+    require(any, "the face model names none of the contours among its curves");
     response_.rest_mm = probe_.image(rest_);
     response_.rest_depth_mm = probe_.depth(rest_);
   }
@@ -217,6 +72,7 @@ class Measurement {
     response_.linear_mm = sensitivity(slack(), rest_);
     measure_saturation(options.overlap);
     measure_jaw();
+    store_pairs();
     return std::move(response_);
   }
 
@@ -224,8 +80,10 @@ class Measurement {
   Controls slack() const { return {std::vector<double>(face_.anatomy().muscles.size(), 0.0), 0.0}; }
 
   Eigen::MatrixXd sensitivity(const Controls& controls, const FaceState& state) {
-    return image_sensitivity(
-        face_, probe_, muscle_, controls, state, response_.settles_not_converged);
+    bool damped = false;
+    Eigen::MatrixXd result = probe_.sensitivity(face_, muscle_, controls, state, damped);
+    if (damped) ++response_.settles_not_converged;
+    return result;
   }
 
   // Displacement of the stack, minus what the linear part already says.
@@ -261,13 +119,20 @@ class Measurement {
       FaceState state = rest_;
       if (!settle(controls, state)) continue;
       const Eigen::VectorXd excess = beyond_linear(state, controls) / (kStrong * kStrong);
+      Eigen::MatrixXd change = sensitivity(controls, state);
+      if (!change.allFinite()) continue;
+      change = (change - response_.linear_mm) / kStrong;
       for (int k = 0; k < kNumNodes; ++k) {
         double total = 0.0;
         for (const int i : group) total += motion(k, i);
         for (const int i : group) {
           if (total <= 0.0) break;
-          response_.quadratic_mm.col(i).segment<2>(2 * k) =
-              motion(k, i) / total * excess.segment<2>(2 * k);
+          const double share = motion(k, i) / total;
+          response_.quadratic_mm.col(i).segment<2>(2 * k) = share * excess.segment<2>(2 * k);
+          for (int other = 0; other < response_.num_controls(); ++other) {
+            if (std::find(group.begin(), group.end(), other) != group.end()) continue;
+            corrective(i, other).segment<2>(2 * k) += share * change.col(other).segment<2>(2 * k);
+          }
         }
       }
     }
@@ -286,9 +151,33 @@ class Measurement {
     response_.quadratic_mm.rightCols<1>() = 8.0 * half - full;
     response_.jaw_cubic_mm = 2.0 * full - 8.0 * half;
     const Eigen::MatrixXd open = sensitivity(controls, state);
-    const Eigen::Index n = response_.num_muscles();
-    if (open.allFinite()) {
-      response_.jaw_cross_mm = open.leftCols(n) - response_.linear_mm.leftCols(n);
+    if (!open.allFinite()) return;
+    for (int i = 0; i < response_.num_muscles(); ++i) {
+      corrective(i, response_.num_muscles()) += open.col(i) - response_.linear_mm.col(i);
+    }
+  }
+
+  // Two estimates of each, from either side of the pair, add up here.
+  Eigen::Ref<Eigen::VectorXd> corrective(int a, int b) {
+    const int n = response_.num_controls();
+    return corrective_sum_.col(std::min(a, b) * n + std::max(a, b));
+  }
+
+  void store_pairs() {
+    constexpr double kLeast_mm = 0.3;  // at full strength of both; less is not worth its time
+    const int n = response_.num_controls();
+    std::vector<Eigen::VectorXd> columns;
+    for (int a = 0; a < n; ++a) {
+      for (int b = a + 1; b < n; ++b) {
+        const Eigen::VectorXd x = 0.5 * corrective(a, b);
+        if (x.lpNorm<Eigen::Infinity>() < kLeast_mm) continue;
+        response_.pairs.emplace_back(a, b);
+        columns.push_back(x);
+      }
+    }
+    response_.pair_mm.resize(2 * kNumNodes, static_cast<Eigen::Index>(columns.size()));
+    for (std::size_t p = 0; p < columns.size(); ++p) {
+      response_.pair_mm.col(static_cast<Eigen::Index>(p)) = columns[p];
     }
   }
 
@@ -298,6 +187,7 @@ class Measurement {
   FaceState rest_;
   std::vector<int> muscle_;  // of the anatomy, per muscle of the response
   FaceResponse response_;
+  Eigen::MatrixXd corrective_sum_;  // column a * num_controls + b, a < b
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 // Asks the face model itself how its contours respond: the one place where the estimation meets the
-// physics. One exact sensitivity at rest, one settle per group of muscles that hardly share skin
-// (their saturation), two settles of the jaw and one sensitivity under the open jaw.
+// physics. One exact sensitivity at rest; per group of muscles that hardly share skin one settle
+// (their saturation) and one sensitivity there (the correctives of their pairs with all others);
+// two settles of the jaw and one sensitivity under the open jaw.
 #pragma once
 
 #include "face/simulator.h"

@@ -29,47 +29,73 @@ FaceResponse FaceResponse::zero(const std::vector<std::string>& muscles) {
   response.linear_mm = Eigen::MatrixXd::Zero(2 * kNumNodes, n + 1);
   response.quadratic_mm = Eigen::MatrixXd::Zero(2 * kNumNodes, n + 1);
   response.jaw_cubic_mm = Eigen::VectorXd::Zero(2 * kNumNodes);
-  response.jaw_cross_mm = Eigen::MatrixXd::Zero(2 * kNumNodes, n);
+  response.pair_mm = Eigen::MatrixXd::Zero(2 * kNumNodes, 0);
   return response;
 }
 
-Point2 FaceResponse::displacement(int node,
-                                  const double* controls,
-                                  Eigen::Matrix<double, 2, Eigen::Dynamic>* jacobian) const {
+FaceResponse FaceResponse::linearised() const {
+  constexpr double kHalf = 0.5;
+  FaceResponse result = *this;
+  result.linear_mm += kHalf * quadratic_mm;
+  result.linear_mm.rightCols<1>() += kHalf * kHalf * jaw_cubic_mm;
+  result.quadratic_mm.setZero();
+  result.jaw_cubic_mm.setZero();
+  result.pairs.clear();
+  result.pair_mm.resize(2 * kNumNodes, 0);
+  return result;
+}
+
+FaceResponse FaceResponse::scaled(const Eigen::VectorXd& gain) const {
+  FaceResponse result = *this;
+  result.linear_mm *= gain.asDiagonal();
+  result.quadratic_mm *= gain.asDiagonal();
+  result.jaw_cubic_mm *= gain[num_muscles()];
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    result.pair_mm.col(static_cast<Eigen::Index>(p)) *=
+        gain[pairs[p].first] * gain[pairs[p].second];
+  }
+  return result;
+}
+
+void FaceResponse::displace(const Eigen::VectorXd& controls,
+                            Eigen::VectorXd& displacement_mm,
+                            Eigen::MatrixXd* slope_mm) const {
   const int n = num_muscles();
   const double jaw = controls[n];
-  Point2 sum = Point2::Zero();
-  Point2 cross = Point2::Zero();
+  displacement_mm.noalias() = linear_mm * controls;
+  displacement_mm.noalias() += quadratic_mm * controls.cwiseAbs2();
+  displacement_mm += jaw * jaw * jaw * jaw_cubic_mm;
+  if (slope_mm != nullptr) {
+    *slope_mm = linear_mm;
+    *slope_mm += 2.0 * quadratic_mm * controls.asDiagonal();
+    slope_mm->col(n) += 3.0 * jaw * jaw * jaw_cubic_mm;
+  }
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const auto [a, b] = pairs[p];
+    if (controls[a] == 0.0 && controls[b] == 0.0) continue;  // most, most of the time
+    const auto x = pair_mm.col(static_cast<Eigen::Index>(p));
+    displacement_mm += controls[a] * controls[b] * x;
+    if (slope_mm == nullptr) continue;
+    slope_mm->col(a) += controls[b] * x;
+    slope_mm->col(b) += controls[a] * x;
+  }
+}
+
+Point2 FaceResponse::displacement(int node, const double* controls) const {
+  const int n = num_muscles();
+  const double jaw = controls[n];
+  Point2 sum = jaw * jaw * jaw * jaw_cubic_mm.segment<2>(2 * node);
   for (int i = 0; i <= n; ++i) {
     const double u = controls[i];
-    const auto l = linear_mm.col(i).segment<2>(2 * node);
-    const auto q = quadratic_mm.col(i).segment<2>(2 * node);
-    sum += u * (l + u * q);
-    if (i < n) cross += u * jaw_cross_mm.col(i).segment<2>(2 * node);
-    if (jacobian != nullptr) {
-      jacobian->col(i) = l + 2.0 * u * q;
-      if (i < n) jacobian->col(i) += jaw * jaw_cross_mm.col(i).segment<2>(2 * node);
-    }
+    sum +=
+        u * (linear_mm.col(i).segment<2>(2 * node) + u * quadratic_mm.col(i).segment<2>(2 * node));
   }
-  const auto r = jaw_cubic_mm.segment<2>(2 * node);
-  if (jacobian != nullptr) jacobian->col(n) += 3.0 * jaw * jaw * r + cross;
-  return sum + jaw * cross + jaw * jaw * jaw * r;
-}
-
-Point2 FaceResponse::yaw_motion(int node) const {
-  const Point2 p = rest_mm.col(node);
-  const double z = rest_depth_mm[node];
-  const double magnify = viewing_distance_mm / (viewing_distance_mm - z);
-  // (x, z) -> (x + z yaw, z - x yaw), seen with perspective.
-  return magnify * Point2(z, 0.0) - p * (magnify / viewing_distance_mm) * (p.x() / magnify);
-}
-
-Point2 FaceResponse::pitch_motion(int node) const {
-  const Point2 p = rest_mm.col(node);
-  const double z = rest_depth_mm[node];
-  const double magnify = viewing_distance_mm / (viewing_distance_mm - z);
-  // (y, z) -> (y + z pitch, z - y pitch) with y down.
-  return magnify * Point2(0.0, z) - p * (magnify / viewing_distance_mm) * (p.y() / magnify);
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const auto [a, b] = pairs[p];
+    sum +=
+        controls[a] * controls[b] * pair_mm.col(static_cast<Eigen::Index>(p)).segment<2>(2 * node);
+  }
+  return sum;
 }
 
 }  // namespace zygoma

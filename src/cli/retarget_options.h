@@ -1,31 +1,54 @@
 // Options of the commands that turn contours into contractions.
 #pragma once
 
+#include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "retarget/retarget.h"
+#include "retarget/smooth.h"
 #include "src/cli/command.h"
+#include "src/io/output_folder.h"
 #include "src/pipeline/stage_figures.h"
 
 namespace zygoma {
 
 struct Retargeted {
   ContractionTrack track;
+  std::optional<ContractionTrack> smooth;
   RetargetReport report;
   StageFigures figures;
+  std::vector<std::string> remarks;  // about neutral and profile
 };
 
 class RetargetingOptions {
  public:
   void declare(OptionSink& options);
+  // Reads the profile, if one is given. Throws InputError about it or about options that
+  // contradict each other; before long work begins.
+  void prepare();
+  // `lattice` is the face that the response is of.
   Retargeted retarget(const std::vector<ContourSet>& contours,
-                      const FaceResponse& face,
+                      const FaceResponse& response,
+                      Simulator& lattice,
                       RunContext& context) const;
+  // contractions.csv, contractions_filtered.csv, retarget_report.json, contractions.svg, and the
+  // profile where it is asked for.
+  void write(const Retargeted& result, const OutputFolder& folder) const;
 
  private:
+  std::vector<std::string> remarks_on(const RetargetReport& report) const;
+
   int neutral_frame_ = -1;
-  bool closed_form_ = false;
+  std::string method_ = "refined";
+  std::string level_ = "corrected";
+  std::string smoothing_ = "none";
+  bool live_ = false;
+  double focal_length_px_ = 0.0;
+  std::string profile_path_;
+  std::string save_profile_path_;
+  std::optional<PerformerProfile> profile_;
 };
 
 }  // namespace zygoma

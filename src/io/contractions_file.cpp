@@ -20,6 +20,7 @@ constexpr const char* kKind = "a contractions CSV file";
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::string_view kSigmaSuffix = "_sigma";
 constexpr std::string_view kResidualPrefix = "resid_px_";
+constexpr std::string_view kObservedSuffix = "_observed";
 
 // The columns before the muscles; jaw_sigma follows them.
 enum Column {
@@ -68,7 +69,8 @@ std::vector<std::vector<int>> groups_of(const std::vector<std::string>& muscles)
 }
 
 std::string header_of(const std::vector<std::string>& muscles,
-                      const std::vector<std::vector<int>>& groups) {
+                      const std::vector<std::vector<int>>& groups,
+                      bool flags) {
   std::string text;
   for (const std::string& name : kColumns) text += name + ',';
   text += "jaw_sigma";
@@ -78,6 +80,11 @@ std::string header_of(const std::vector<std::string>& muscles,
   }
   for (const Feature& feature : kContours1992) {
     text.append(",").append(kResidualPrefix).append(feature.name);
+  }
+  if (!flags) return text + '\n';
+  text.append(",jaw").append(kObservedSuffix);
+  for (const std::vector<int>& group : groups) {
+    for (const int i : group) text.append(",").append(muscles[i]).append(kObservedSuffix);
   }
   return text + '\n';
 }
@@ -98,7 +105,8 @@ std::optional<double> residual_of(const Contractions& frame, std::string_view co
 void append_row(std::string& text,
                 const Contractions& frame,
                 const std::vector<std::string>& muscles,
-                const std::vector<std::vector<int>>& groups) {
+                const std::vector<std::vector<int>>& groups,
+                bool flags) {
   const bool estimated = frame.value.size() == muscles.size();
   assert(estimated || frame.value.empty());
   assert(frame.sigma.empty() || frame.sigma.size() == frame.value.size());
@@ -129,6 +137,13 @@ void append_row(std::string& text,
   for (const Feature& feature : kContours1992) {
     append_cell(text, residual_of(frame, feature.name), 4);
   }
+  const auto flag = [&](bool value) {
+    append_cell(text, frame.observed.empty() ? std::nullopt : std::optional(value ? 1.0 : 0.0), 0);
+  };
+  if (flags) flag(frame.jaw_observed);
+  for (std::size_t g = 0; flags && g < groups.size(); ++g) {
+    for (const int i : groups[g]) flag(!frame.observed.empty() && frame.observed[i]);
+  }
   text += '\n';
 }
 
@@ -138,6 +153,7 @@ class ContractionsReader {
       : path_(path), table_(path, kKind, kColumns), columns_(table_.required()) {
     jaw_sigma_column_ = table_.find("jaw_sigma");
     find_muscles();
+    find_observed();
     for (const Feature& feature : kContours1992) {
       const int column = table_.find(std::string(kResidualPrefix) + std::string(feature.name));
       if (column >= 0) residual_columns_.emplace_back(feature.name, column);
@@ -150,6 +166,7 @@ class ContractionsReader {
       read_place(row, frame);
       read_head_and_jaw(row, frame);
       read_muscles(row, frame);
+      read_observed(row, frame);
       for (const auto& [name, column] : residual_columns_) {
         if (table_.empty(row, column)) continue;
         frame.residual_px.emplace_back(name, table_.number(row, column, 0.0, kInfinity));
@@ -178,6 +195,25 @@ class ContractionsReader {
     for (const std::string& name : track_.muscles) {
       if (has_side(name)) need_other_side(name);
     }
+  }
+
+  void find_observed() {
+    jaw_observed_column_ = table_.find("jaw" + std::string(kObservedSuffix));
+    for (const std::string& name : track_.muscles) {
+      observed_columns_.push_back(table_.find(name + std::string(kObservedSuffix)));
+    }
+  }
+
+  // Read where the file has a flag for every muscle of the row.
+  void read_observed(int row, Contractions& frame) const {
+    for (const int column : observed_columns_) {
+      if (column < 0 || table_.empty(row, column)) return;
+    }
+    for (const int column : observed_columns_) {
+      frame.observed.push_back(table_.integer(row, column, 0, 1) == 1);
+    }
+    frame.jaw_observed = jaw_observed_column_ >= 0 && !table_.empty(row, jaw_observed_column_) &&
+                         table_.integer(row, jaw_observed_column_, 0, 1) == 1;
   }
 
   void need_other_side(const std::string& name) const {
@@ -258,6 +294,8 @@ class ContractionsReader {
   int jaw_sigma_column_ = -1;
   std::vector<int> value_columns_;
   std::vector<int> sigma_columns_;
+  int jaw_observed_column_ = -1;
+  std::vector<int> observed_columns_;
   std::vector<std::pair<std::string, int>> residual_columns_;
 };
 
@@ -266,8 +304,14 @@ class ContractionsReader {
 void write_contractions_csv(const std::string& path, const ContractionTrack& track) {
   AtomicFile file(path);
   const std::vector<std::vector<int>> groups = groups_of(track.muscles);
-  std::string text = header_of(track.muscles, groups);
-  for (const Contractions& frame : track.frames) append_row(text, frame, track.muscles, groups);
+  // Only estimates know what they saw.
+  const bool flags = std::any_of(track.frames.begin(), track.frames.end(), [](const auto& frame) {
+    return !frame.observed.empty();
+  });
+  std::string text = header_of(track.muscles, groups, flags);
+  for (const Contractions& frame : track.frames) {
+    append_row(text, frame, track.muscles, groups, flags);
+  }
   file.stream() << text;
   file.commit();
 }

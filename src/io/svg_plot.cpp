@@ -238,6 +238,10 @@ class PanelDrawing {
       last_y = y;
     }
     if (path.empty()) return;
+    if (series.mark == PlotMark::kBand) {
+      svg_ += "<path d=\"" + path + "Z\" fill=\"" + colour(series) + "\" fill-opacity=\"0.18\"/>\n";
+      return;
+    }
     svg_ += "<path d=\"" + path +
             "\" fill=\"none\" stroke-linejoin=\"round\" stroke-width=\"1.8\"" +
             (series.mark == PlotMark::kDashes ? " stroke-dasharray=\"6 4\"" : "") + " stroke=\"" +

@@ -8,7 +8,8 @@
 
 namespace zygoma {
 
-enum class PlotMark { kLine, kDashes, kPoints };
+// A band is the area that its points go around.
+enum class PlotMark { kLine, kDashes, kPoints, kBand };
 
 // What is not finite, or not above 0 on a logarithmic axis, is left out and interrupts the line.
 struct PlotSeries {

@@ -1,4 +1,4 @@
-// A face for tests: nine plausible contours and muscles that move them by smooth fields, so that
+// A face for tests: plausible contours and muscles that move them by smooth fields, so that
 // the estimation can be tested without the physics.
 #pragma once
 
@@ -64,6 +64,9 @@ inline Point2 rest_point(int contour, double s) {
   if (contour == kUpperLipContour) return {27.0 * x, 76.0 - 8.0 * arch};
   if (contour == kLowerLipContour) return {27.0 * x, 76.0 + 10.0 * arch};
   if (contour == kChinBossContour) return {25.0 * x, 112.0 + 8.0 * arch};
+  if (is_eyelid(contour)) {
+    return {contour == kEyelidLeftContour ? 18.0 + 28.0 * s : -18.0 - 28.0 * s, -6.0 * arch};
+  }
   return {60.0 * x, -70.0 - 16.0 * arch};
 }
 
@@ -90,7 +93,7 @@ inline FaceResponse make_face() {
         const Point2 at(side * pull->at_mm.x(), pull->at_mm.y());
         const double share =
             std::exp(-(p - at).squaredNorm() / (pull->radius_mm * pull->radius_mm));
-        const bool rigid = c == kNoseTipContour || c == kHairlineContour;
+        const bool rigid = c == kNoseTipContour || c == kHairlineContour || is_eyelid(c);
         const Point2 full =
             (rigid ? 0.05 : share) * Point2(side * pull->by_mm.x(), pull->by_mm.y());
         face.linear_mm.col(i).segment<2>(2 * node) = 1.2 * full;

@@ -293,7 +293,12 @@ TEST(ProgramTest, OneFrameIsAClip) {
       run_program(folder, {"run", clip, "-o", folder / "out", "--surface-vertices", "300"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_EQ(files_in(folder / "out"),
-            (Names{"contours.csv", "contractions.csv", "reconstruction.mp4", "session.json"}));
+            (Names{"contours.csv",
+                   "contractions.csv",
+                   "contractions.svg",
+                   "reconstruction.mp4",
+                   "retarget_report.json",
+                   "session.json"}));
   EXPECT_EQ(read_contours_csv(folder / "out/contours.csv").size(), 1U);
   EXPECT_EQ(read_contractions_csv(folder / "out/contractions.csv").frames.size(), 1U);
   EXPECT_EQ(num_pictures(folder / "out/reconstruction.mp4"), 1);
@@ -349,7 +354,8 @@ TEST(ProgramTest, CtrlCWhileAnimatingKeepsTheVideoSoFar) {
                           clip,
                           "-o",
                           folder / "out",
-                          "--closed-form",
+                          "--method",
+                          "closed-form",
                           "--surface-vertices",
                           "300",
                           "--samples",
@@ -359,7 +365,12 @@ TEST(ProgramTest, CtrlCWhileAnimatingKeepsTheVideoSoFar) {
   const Outcome outcome = program.finish();
   EXPECT_EQ(outcome.code, 130) << outcome.err;
   ASSERT_EQ(files_in(folder / "out"),
-            (Names{"contours.csv", "contractions.csv", "reconstruction.mp4", "session.json"}))
+            (Names{"contours.csv",
+                   "contractions.csv",
+                   "contractions.svg",
+                   "reconstruction.mp4",
+                   "retarget_report.json",
+                   "session.json"}))
       << outcome.err;
   EXPECT_EQ(read_contours_csv(folder / "out/contours.csv").size(), 60U);
   EXPECT_EQ(read_contractions_csv(folder / "out/contractions.csv").frames.size(), 60U);

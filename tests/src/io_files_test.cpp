@@ -158,6 +158,19 @@ TEST(ContractionsFileTest, RoundTripKeepsValuesAndBytes) {
   EXPECT_EQ(bytes_of(folder / "a.csv"), bytes_of(folder / "b.csv"));
 }
 
+TEST(ContractionsFileTest, FlagsOfWhatWasSeenComeBack) {
+  const ScratchFolder folder;
+  ContractionTrack track = example_track();
+  track.frames[0].observed = {true, false, true, true};
+  track.frames[0].jaw_observed = true;
+  track.frames[2].observed = {false, false, false, true};
+  write_contractions_csv(folder / "a.csv", track);
+  const std::string text = bytes_of(folder / "a.csv");
+  EXPECT_NE(text.find("resid_px_hairline,jaw_observed,zygomaticus_major_L_observed"),
+            std::string::npos);
+  EXPECT_EQ(read_contractions_csv(folder / "a.csv"), track);
+}
+
 TEST(ContractionsFileTest, FiveMusclesOf1992MakeThirtyNineColumns) {
   const ScratchFolder folder;
   ContractionTrack track;

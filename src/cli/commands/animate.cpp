@@ -37,6 +37,11 @@ class AnimateCommand : public Command {
     options.text("-o,--output", output_, "FILE", "the video to write");
     options.text("--video", video_path_, "FILE", "the performer's video, shown beside the face");
     options.text("--contours", contours_path_, "FILE", "contours.csv to draw into that video");
+    options.text("--face",
+                 face_path_,
+                 "SCENE",
+                 "a scene file whose head, tissue and effects are animated instead of the usual "
+                 "face: the same contractions drive any face; its motion is not used");
     face_.declare(options);
     animation_.declare(options);
   }
@@ -52,7 +57,7 @@ class AnimateCommand : public Command {
       performance->video = video_path_;
       if (!contours_path_.empty()) performance->contours = read_contours_csv(contours_path_);
     }
-    AssembledFace face = face_.assemble(&track);
+    AssembledFace face = assemble(track);
     if (!face.remark.empty()) context.progress.note(face.remark);
     const AnimationReport report = animate_face(track,
                                                 face.simulator,
@@ -70,6 +75,14 @@ class AnimateCommand : public Command {
   }
 
  private:
+  AssembledFace assemble(const ContractionTrack& track) const {
+    if (face_path_.empty()) return face_.assemble(&track);
+    const ChosenScene chosen = face_.scene(face_path_, &track);
+    auto anatomy = std::make_shared<const Anatomy>(
+        make_generic_head(chosen.scene.identity, chosen.scene.head));
+    return {anatomy, make_simulator(chosen.scene, anatomy), chosen.remark};
+  }
+
   ContractionTrack read_track() const {
     if (!contractions_path_.ends_with(".json")) return read_contractions_csv(contractions_path_);
     require(video_path_.empty(),
@@ -82,6 +95,7 @@ class AnimateCommand : public Command {
   std::string output_ = "animation.mp4";
   std::string video_path_;
   std::string contours_path_;
+  std::string face_path_;
   FaceOptions face_;
   AnimationOptions animation_;
 };

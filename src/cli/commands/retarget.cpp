@@ -7,7 +7,6 @@
 #include "src/cli/retarget_options.h"
 #include "src/cli/session_parts.h"
 #include "src/io/contours_file.h"
-#include "src/io/contractions_file.h"
 #include "src/io/output_folder.h"
 
 namespace zygoma {
@@ -19,7 +18,9 @@ class RetargetCommand : public Command {
   std::string help() const override { return "turn contours into muscle contractions"; }
   std::string details() const override {
     return "Writes into the folder: contractions.csv (muscles and jaw in every frame, 0 to 1, with "
-           "standard deviations and residuals) and session.json (options, versions, times).";
+           "standard deviations and residuals), contractions.svg (the same as curves), "
+           "retarget_report.json (how well the contours are met, which contour explains what, "
+           "frames to look at) and session.json (options, versions, times).";
   }
   std::string example() const override { return "result/contours.csv -o result"; }
   int rank() const override { return 3; }
@@ -30,12 +31,13 @@ class RetargetCommand : public Command {
     face_.declare(options);
   }
   int run(RunContext& context) override {
+    retargeting_.prepare();
     const std::vector<ContourSet> contours = read_contours_csv(contours_path_);
     const OutputFolder folder(folder_);
     AssembledFace face = face_.assemble();
     const Retargeted result =
-        retargeting_.retarget(contours, measure_response(face.simulator), context);
-    write_contractions_csv(folder / "contractions.csv", result.track);
+        retargeting_.retarget(contours, measure_response(face.simulator), face.simulator, context);
+    retargeting_.write(result, folder);
 
     Session session = begin_session(name(), context);
     session.source.file = contours_path_;
@@ -45,6 +47,7 @@ class RetargetCommand : public Command {
     session.stopped_early = result.track.frames.size() < contours.size();
     session.stages.push_back(stage_of(result.report, result.figures));
     write_session(folder / "session.json", session);
+    for (const std::string& remark : result.remarks) context.progress.note(remark);
     for (const std::string& remark : remarks(result.report)) context.progress.note(remark);
     context.out << result.track.frames.size()
                 << " frames estimated: " << folder / "contractions.csv" << '\n';

@@ -36,8 +36,9 @@ class RunCommand : public Command {
   }
   std::string details() const override {
     return "Writes into the folder: contours.csv (the contours in every frame, pixels), "
-           "contractions.csv (muscles and jaw in every frame, 0 to 1), reconstruction.mp4 (the "
-           "video with its contours, the animated face, a bar per muscle) and session.json "
+           "contractions.csv (muscles and jaw in every frame, 0 to 1), contractions.svg (the same "
+           "as curves), retarget_report.json (frames to look at), reconstruction.mp4 (the video "
+           "with its contours, the animated face, a bar per muscle) and session.json "
            "(options, versions, times).";
   }
   std::string example() const override { return "clip.mp4 -o result"; }
@@ -61,6 +62,7 @@ class RunCommand : public Command {
     const Stopwatch watch;
     read_truth();
     face_.check();
+    retargeting_.prepare();
     const OutputFolder folder(folder_);
     require_not_the_input(folder / "reconstruction.mp4", video_path_);
     const VideoSource source = tracking_.source(video_path_);
@@ -84,11 +86,13 @@ class RunCommand : public Command {
     if (!stopped) {
       auto [face, response] = prepared.get();
       append(notes, {face.remark});
-      const Retargeted retargeted = retargeting_.retarget(tracked.contours, response, context);
-      write_contractions_csv(folder / "contractions.csv", retargeted.track);
+      const Retargeted retargeted =
+          retargeting_.retarget(tracked.contours, response, face.simulator, context);
+      retargeting_.write(retargeted, folder);
       session.muscles = retargeted.track.muscles;
       session.neutral_frame = retargeted.report.neutral_frame;
       session.stages.push_back(stage_of(retargeted.report, retargeted.figures));
+      append(notes, retargeted.remarks);
       append(notes, remarks(retargeted.report));
       stopped = context.stop();
       if (!stopped) {
