@@ -72,7 +72,8 @@ int run_bench(const std::string& video, int repeats, const char* csv) {
 
     const Stopwatch estimate;
     RetargetReport report;
-    const ContractionTrack track = retarget(tracked.contours, measure_response(face), {}, report);
+    const FaceResponse response = measure_response(face);
+    const ContractionTrack track = retarget(tracked.contours, {response}, {}, report);
     rows[3].ms.push_back(estimate.elapsed_ms());
 
     const AnimationReport animation = animate_face(
