@@ -9,6 +9,7 @@
 #include "src/io/svg_plot.h"
 #include "src/io/text.h"
 #include "src/pipeline/simulate_scene.h"
+#include "tracker/feature_schema.h"
 
 namespace zygoma {
 namespace {
@@ -94,7 +95,8 @@ Twin along(const std::vector<int>& chain, const std::vector<Vec3>& rest, double 
       chain[k - 1], chain[k], part > 0.0 ? std::clamp((s - length[k - 1]) / part, 0.0, 1.0) : 0.0};
 }
 
-// Of the probes, at these places of the reference's skin, and along the nine curves.
+// Of the probes, at these places of the reference's skin, and along the curves of the nine features
+// from which contractions are read.
 std::vector<Twin> twins_on(const Anatomy& anatomy, const std::vector<Vec3>& probes_mm) {
   constexpr int kPerCurve = 13;
   const std::vector<Vec3>& skin = anatomy.skin.mesh.positions_mm;
@@ -104,6 +106,8 @@ std::vector<Twin> twins_on(const Anatomy& anatomy, const std::vector<Vec3>& prob
     found.push_back({nearest, nearest, 0.0});
   }
   for (const NamedCurve& curve : anatomy.curves) {
+    const auto is_it = [&](const Feature& feature) { return feature.name == curve.name; };
+    if (std::none_of(kContours1992.begin(), kContours1992.end(), is_it)) continue;
     for (int k = 0; k < kPerCurve; ++k) {
       found.push_back(along(curve.skin_vertices, skin, static_cast<double>(k) / (kPerCurve - 1)));
     }
