@@ -29,9 +29,11 @@ const std::array<cv::Rect, kNumParts> kPartBox{cv::Rect(20, 58, 153, 44),
 
 constexpr double kStill = 0.02;             // chart px: below it the head has not moved
 constexpr double kLeastEyeDistance = 12.0;  // px
-constexpr double kLidShare = 0.8;           // of the model of the lid, the rest is flow
-constexpr double kChinFollowsLip = 0.8;     // share of the lower lip's motion
-constexpr double kFurrowPull = 0.2;         // per frame, at the lower end
+constexpr double kCornerHold = 4.0;         // times flow_hold
+constexpr double kChinHold = 10.0;
+constexpr double kLidShare = 0.8;        // of the model of the lid, the rest is flow
+constexpr double kChinFollowsLip = 0.8;  // share of the lower lip's motion
+constexpr double kFurrowPull = 0.2;      // per frame, at the lower end
 constexpr double kClearEdge = 0.25;  // evidence, of which one is the strongest edges of the face
 constexpr double kNearness_px = 1.5;
 constexpr double kUsualness_px = 8.0;
@@ -57,6 +59,13 @@ struct Keyframe {
   ContourNodes contours;
 };
 
+// Where the nodes are expected, before the picture has its say.
+struct Prediction {
+  ContourNodes target;
+  std::array<std::vector<double>, kNumFeatures> quality;  // of the sight of each node, [0, 1]
+  std::array<double, kNumParts> likeness{};               // of the look that anchored the part
+};
+
 // A part of the chart made small, less its mean and of unit norm; zero if it is flat.
 cv::Mat small_look(const FaceChart& chart, const cv::Rect& box, const cv::Size& size) {
   cv::Mat small;
@@ -74,13 +83,29 @@ cv::Mat thumbnail_of(const FaceChart& chart, Part part) {
   return small_look(chart, kPartBox[part], cv::Size(32, 24));
 }
 
+// Normalised cross-correlation of two small looks, [-1, 1]; 0 for a flat one.
+double correlation(const cv::Mat& p, const cv::Mat& q) { return p.dot(q); }
+
+// The look that resembles a thumbnail most, and how much; null if there is none. Older looks are
+// nearer to the start: a younger one must be clearly better.
+const Keyframe* most_alike(const std::vector<Keyframe>& looks,
+                           const cv::Mat& thumbnail,
+                           double& likeness) {
+  const Keyframe* best = nullptr;
+  likeness = -1.0;
+  for (const Keyframe& look : looks) {
+    const double c = correlation(thumbnail, look.thumbnail);
+    if (c <= likeness + 0.01) continue;
+    likeness = c;
+    best = &look;
+  }
+  return best;
+}
+
 // Eyes and nose.
 cv::Mat core_of(const FaceChart& chart) {
   return small_look(chart, cv::Rect(44, 84, 105, 70), cv::Size(30, 20));
 }
-
-// Normalised cross-correlation of two small looks, [-1, 1]; 0 for a flat one.
-double correlation(const cv::Mat& p, const cv::Mat& q) { return p.dot(q); }
 
 // The parts of the face that do not move with expression: inner and outer corners of the eyes, the
 // bridge, sides and base of the nose, and a thin grid between them.
@@ -145,6 +170,11 @@ Point2 middle_of(const std::vector<Point2>& nodes) {
   Point2 sum = Point2::Zero();
   for (const Point2& p : nodes) sum += p;
   return sum / static_cast<double>(nodes.size());
+}
+
+// Moves the nodes a share of the way to others.
+void draw(const std::vector<Point2>& to, double share, std::vector<Point2>& nodes) {
+  for (size_t i = 0; i < nodes.size(); ++i) nodes[i] += share * (to[i] - nodes[i]);
 }
 
 std::vector<Point2> shifted(std::vector<Point2> nodes, const Point2& offset) {
@@ -243,10 +273,11 @@ struct Tracker::Impl {
   double trust_in(const Mouth& found, const Evidence& evidence) const;
   void follow_contours(const FaceChart& chart);
   ContourNodes nodes_in_chart(const ContourSet& set, const Similarity& image_from_chart) const;
-  void judge(const Evidence& evidence,
-             const std::array<std::vector<double>, kNumFeatures>& quality,
-             const ContourNodes& expected,
-             const std::array<double, kNumParts>& likeness);
+  Prediction predict(const FaceChart& chart) const;
+  void draw_to_models(const FaceChart& chart, const Evidence& evidence, Prediction& prediction);
+  void relax(const Evidence& evidence, const Prediction& prediction);
+  void keep_shapes(const Prediction& prediction);
+  void judge(const Evidence& evidence, const Prediction& prediction);
   void judge_start(const Evidence& evidence, const ContourNodes& given_nodes);
   void remember(const FaceChart& chart);
   ContourSet result(const Frame& frame) const;
@@ -427,70 +458,59 @@ double Tracker::Impl::trust_in(const Mouth& found, const Evidence& evidence) con
   return std::clamp(2.0 * least - 1.0, 0.0, 1.0);
 }
 
-void Tracker::Impl::follow_contours(const FaceChart& chart) {
-  // Predict: flow from the last frame.
+// Where the nodes of the last frame are in this one: by flow from there, and by flow from the
+// remembered look that resembles this one most.
+Prediction Tracker::Impl::predict(const FaceChart& chart) const {
   std::vector<Point2> from;
   for (const auto& nodes : contours) from.insert(from.end(), nodes.begin(), nodes.end());
   const Flow recent = follow_points(last.pyramid, chart.pyramid, from, from);
-
-  // Re-anchor: flow from the remembered look that resembles this one most.
-  std::array<const Keyframe*, kNumParts> look{};
-  std::array<double, kNumParts> likeness{};
-  for (size_t part = 0; part < kNumParts; ++part) {
-    const cv::Mat now = thumbnail_of(chart, static_cast<Part>(part));
-    likeness[part] = -1.0;
-    for (const Keyframe& keyframe : keyframes[part]) {
-      const double c = correlation(now, keyframe.thumbnail);
-      // Older looks are nearer to the start: a younger one must be clearly better.
-      if (c > likeness[part] + 0.01) {
-        likeness[part] = c;
-        look[part] = &keyframe;
-      }
-    }
-  }
+  Prediction prediction;
   std::array<Flow, kNumParts> anchored;
   for (size_t part = 0; part < kNumParts; ++part) {
-    if (look[part] == nullptr) continue;
+    const Keyframe* look = most_alike(
+        keyframes[part], thumbnail_of(chart, static_cast<Part>(part)), prediction.likeness[part]);
+    if (look == nullptr) continue;
     std::vector<Point2> then, guess;
     size_t first = 0;
     for (size_t f = 0; f < kNumFeatures; ++f) {
       const size_t n = contours[f].size();
       if (part_of(f) == part) {
-        const auto& nodes = look[part]->contours[f];
+        const auto& nodes = look->contours[f];
         then.insert(then.end(), nodes.begin(), nodes.end());
         guess.insert(
             guess.end(), recent.points_px.begin() + first, recent.points_px.begin() + first + n);
       }
       first += n;
     }
-    anchored[part] = follow_points(look[part]->chart.pyramid, chart.pyramid, then, guess, true, 1);
+    anchored[part] = follow_points(look->chart.pyramid, chart.pyramid, then, guess, true, 1);
   }
-  std::array<std::vector<double>, kNumFeatures> quality;
-  std::array<std::vector<Point2>, kNumFeatures> target;
   std::array<size_t, kNumParts> used{};
   size_t at = 0;
   for (size_t f = 0; f < kNumFeatures; ++f) {
+    std::vector<Point2>& target = prediction.target[f];
+    std::vector<double>& quality = prediction.quality[f];
     const size_t n = contours[f].size();
-    std::vector<Point2> guess(recent.points_px.begin() + at, recent.points_px.begin() + at + n);
-    quality[f].assign(recent.quality.begin() + at, recent.quality.begin() + at + n);
+    target.assign(recent.points_px.begin() + at, recent.points_px.begin() + at + n);
+    quality.assign(recent.quality.begin() + at, recent.quality.begin() + at + n);
     at += n;
-    target[f] = guess;
     const Part part = part_of(f);
-    if (look[part] == nullptr) continue;
-    const double trust = std::clamp((likeness[part] - 0.7) / 0.25, 0.0, 1.0);
+    if (anchored[part].points_px.empty()) continue;
+    const double trust = std::clamp((prediction.likeness[part] - 0.7) / 0.25, 0.0, 1.0);
     for (size_t i = 0; i < n; ++i, ++used[part]) {
       const double w = trust * anchored[part].quality[used[part]];
-      const double keep = 0.5 * quality[f][i] + 0.05;
-      target[f][i] = (keep * guess[i] + w * anchored[part].points_px[used[part]]) / (keep + w);
-      quality[f][i] = std::max(quality[f][i], w);
+      const double keep = 0.5 * quality[i] + 0.05;
+      target[i] = (keep * target[i] + w * anchored[part].points_px[used[part]]) / (keep + w);
+      quality[i] = std::max(quality[i], w);
     }
   }
+  return prediction;
+}
 
-  // Relax.
-  EvidenceOptions places;
-  places.nose_base_px = contours[kNoseTip][contours[kNoseTip].size() / 2].y();
-  places.mouth_line_px = 0.5 * (target[kUpperLip].front().y() + target[kUpperLip].back().y());
-  const Evidence evidence = make_evidence(chart, lips, places);
+// What is known of mouths, furrows, chins and lids, and what others say, draws the prediction.
+void Tracker::Impl::draw_to_models(const FaceChart& chart,
+                                   const Evidence& evidence,
+                                   Prediction& prediction) {
+  ContourNodes& target = prediction.target;
   const Mouth found_mouth = follow_mouth(evidence, mouth, rest);
   const double trust = trust_in(found_mouth, evidence);
   if (trust > 0.5) mouth = found_mouth;
@@ -506,20 +526,17 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
   }
   double chin_sight = 0.0;
   target[kChinBoss] = follow_chin(chart, chin_sight);
-  std::fill(quality[kChinBoss].begin(), quality[kChinBoss].end(), chin_sight);
+  std::vector<double>& chin_quality = prediction.quality[kChinBoss];
+  std::fill(chin_quality.begin(), chin_quality.end(), chin_sight);
   for (const FeatureIndex f : {kUpperLip, kLowerLip}) {
-    const std::vector<Point2> model = lip_nodes(found_mouth, f == kUpperLip);
-    for (size_t i = 0; i < model.size(); ++i) {
-      target[f][i] += trust * options.model_share * (model[i] - target[f][i]);
-    }
+    draw(lip_nodes(found_mouth, f == kUpperLip), trust * options.model_share, target[f]);
   }
   if (prior) {
     const ContourNodes wanted = nodes_in_chart(*prior, chart.image_from_chart);
     for (size_t f = 0; f < kNumFeatures; ++f) {
-      for (size_t i = 0; i < wanted[f].size(); ++i) {
-        target[f][i] += options.prior_share * (wanted[f][i] - target[f][i]);
-        quality[f][i] = std::max(quality[f][i], kPriorQuality);
-      }
+      if (wanted[f].empty()) continue;
+      draw(wanted[f], options.prior_share, target[f]);
+      for (double& q : prediction.quality[f]) q = std::max(q, kPriorQuality);
     }
   }
   join_lip_ends(target);
@@ -532,34 +549,38 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
   for (const FeatureIndex f : {kEyelidLeft, kEyelidRight}) {
     Lid& lid = lids[f == kEyelidLeft ? 0 : 1];
     lid = follow_lid(evidence, lid, turn);
-    const std::vector<Point2> model = lid_nodes(lid, turn);
-    for (size_t i = 0; i < model.size(); ++i) {
-      target[f][i] += kLidShare * (model[i] - target[f][i]);
-    }
+    draw(lid_nodes(lid, turn), kLidShare, target[f]);
   }
+}
+
+// Snakes on the evidence, softly held where the prediction has their nodes.
+void Tracker::Impl::relax(const Evidence& evidence, const Prediction& prediction) {
   for (size_t f = 0; f < kNumFeatures; ++f) {
-    std::vector<SoftAnchor> anchors(contours[f].size());
+    const std::vector<Point2>& target = prediction.target[f];
+    std::vector<SoftAnchor> anchors(target.size());
     for (size_t i = 0; i < anchors.size(); ++i) {
       const bool corner = (f == kUpperLip || f == kLowerLip) && (i == 0 || i + 1 == anchors.size());
-      anchors[i].target = target[f][i];
-      anchors[i].weight = options.flow_hold * (0.1 + quality[f][i]) *
-                          (corner           ? 4.0
-                           : f == kChinBoss ? 10.0
-                                            : 1.0);
+      const double hold = corner ? kCornerHold : f == kChinBoss ? kChinHold : 1.0;
+      anchors[i] = {target[i], options.flow_hold * (0.1 + prediction.quality[f][i]) * hold};
     }
-    const ContourLandscape landscape(evidence, static_cast<FeatureIndex>(f), target[f]);
+    const ContourLandscape landscape(evidence, static_cast<FeatureIndex>(f), target);
     SnakeOptions snake_settings = snake_options(static_cast<FeatureIndex>(f));
     snake_settings.stepping = options.stepping;
-    Snake snake(target[f], snake_settings);
+    Snake snake(target, snake_settings);
     snake.set_anchors(anchors);
     report.relax_iterations += snake.relax(&landscape).iterations;
-    contours[f] = resample(snake.nodes(), static_cast<int>(contours[f].size()));
+    contours[f] = resample(snake.nodes(), static_cast<int>(target.size()));
   }
+}
+
+// Brows and lids slide along themselves as their edges do not hold them there, and chins bend as
+// nothing is seen of them: their contours are read as motions of what they were.
+void Tracker::Impl::keep_shapes(const Prediction& prediction) {
   for (const FeatureIndex f : {kBrowLeft, kBrowRight}) {
     const std::vector<Point2> unmoved = turned(at_start[f], f, turn);
     std::vector<double> slides;
-    for (size_t i = 0; i < target[f].size(); ++i) {
-      slides.push_back(target[f][i].x() - unmoved[i].x());
+    for (size_t i = 0; i < unmoved.size(); ++i) {
+      slides.push_back(prediction.target[f][i].x() - unmoved[i].x());
     }
     const auto median = slides.begin() + static_cast<std::ptrdiff_t>(slides.size() / 2);
     std::nth_element(slides.begin(), median, slides.end());
@@ -571,26 +592,35 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
   contours[kChinBoss] =
       shifted(at_start[kChinBoss], middle_of(contours[kChinBoss]) - middle_of(at_start[kChinBoss]));
   join_lip_ends(contours);
-  judge(evidence, quality, target, likeness);
 }
 
-void Tracker::Impl::judge(const Evidence& evidence,
-                          const std::array<std::vector<double>, kNumFeatures>& quality,
-                          const ContourNodes& expected,
-                          const std::array<double, kNumParts>& likeness) {
+void Tracker::Impl::follow_contours(const FaceChart& chart) {
+  Prediction prediction = predict(chart);
+  const ContourNodes& target = prediction.target;
+  EvidenceOptions places;
+  places.nose_base_px = contours[kNoseTip][contours[kNoseTip].size() / 2].y();
+  places.mouth_line_px = 0.5 * (target[kUpperLip].front().y() + target[kUpperLip].back().y());
+  const Evidence evidence = make_evidence(chart, lips, places);
+  draw_to_models(chart, evidence, prediction);
+  relax(evidence, prediction);
+  keep_shapes(prediction);
+  judge(evidence, prediction);
+}
+
+void Tracker::Impl::judge(const Evidence& evidence, const Prediction& prediction) {
   for (size_t f = 0; f < kNumFeatures; ++f) {
     const double found = evidence_under(evidence, static_cast<FeatureIndex>(f), contours[f]);
     const auto n = static_cast<double>(contours[f].size());
     double sight = 0.0;
     double surprise_px = 0.0;
     for (size_t i = 0; i < contours[f].size(); ++i) {
-      sight += quality[f][i] / n;
-      surprise_px += (contours[f][i] - expected[f][i]).norm() / n;
+      sight += prediction.quality[f][i] / n;
+      surprise_px += (contours[f][i] - prediction.target[f][i]).norm() / n;
     }
     terms[f][kPresence] = std::min(1.0, found / kClearEdge);
     terms[f][kSameness] = std::min(1.0, found / usual_evidence[f]);
     terms[f][kSight] = sight;
-    terms[f][kLikeness] = std::max(0.0, likeness[part_of(f)]);
+    terms[f][kLikeness] = std::max(0.0, prediction.likeness[part_of(f)]);
     terms[f][kNearness] = std::exp(-surprise_px / kNearness_px);
     confidence[f] = confidence_of(confidence_map(kFeatureSchema[f].name), terms[f]);
   }
