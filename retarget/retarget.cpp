@@ -117,6 +117,7 @@ void improve_in_windows(std::vector<FrameEstimate>& estimates,
   for (std::size_t begin = 0; begin < estimates.size(); begin += keep) {
     const std::size_t from = begin - std::min(begin, kCarried);
     const std::size_t end = std::min(estimates.size(), begin + keep + ahead);
+    // Once per frame, as the first pass does: who is asked also counts.
     for (std::size_t t = begin; t < std::min(end, begin + keep); ++t) {
       if (stop && stop()) return;
     }

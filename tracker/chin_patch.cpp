@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "tracker/robust.h"
+
 namespace zygoma {
 namespace {
 
@@ -17,12 +19,6 @@ bool is_flat(const cv::Mat& picture) {
   cv::Scalar mean, spread;
   cv::meanStdDev(picture, mean, spread);
   return spread[0] < 0.5;
-}
-
-// The summit of a parabola through three values, [-0.5, 0.5] from the middle one.
-double summit(double before, double at, double after) {
-  const double bend = before - 2.0 * at + after;
-  return bend < 0.0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0.0;
 }
 
 }  // namespace
@@ -70,10 +66,10 @@ ChinPatch::Sight ChinPatch::find(const cv::Mat& grey) const {
   const auto at = [&](int x, int y) { return static_cast<double>(match.at<float>(y, x)); };
   Point2 found(about.x + best.x, about.y + best.y);
   if (best.x > 0 && best.x + 1 < match.cols) {
-    found.x() += summit(at(best.x - 1, best.y), likeness, at(best.x + 1, best.y));
+    found.x() += parabola_summit(at(best.x - 1, best.y), likeness, at(best.x + 1, best.y));
   }
   if (best.y > 0 && best.y + 1 < match.rows) {
-    found.y() += summit(at(best.x, best.y - 1), likeness, at(best.x, best.y + 1));
+    found.y() += parabola_summit(at(best.x, best.y - 1), likeness, at(best.x, best.y + 1));
   }
   if (!std::isfinite(likeness)) return sight;
   return {found - Point2(place_.x, place_.y), likeness};

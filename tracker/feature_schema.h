@@ -35,8 +35,8 @@ inline constexpr std::array<Feature, 11> kFeatureSchema{{
     {"eyelid_right", 9},
 }};
 
-// The nine of the paper: those from which contractions are estimated. No muscle that is estimated
-// moves the eyelids.
+// The nine of the paper: those from which contractions are estimated. Of the eyelids, which no
+// muscle that is estimated moves, only the corners are used, to hold the head.
 inline constexpr std::span<const Feature> kContours1992(kFeatureSchema.data(), 9);
 
 }  // namespace zygoma

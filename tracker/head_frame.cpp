@@ -5,21 +5,16 @@
 #include <cmath>
 #include <limits>
 
+#include "tracker/robust.h"
+
 namespace zygoma {
 namespace {
 
 constexpr int kRounds = 6;
-constexpr double kTukey = 4.0;              // of the robust spread
 constexpr double kMinPairSeparation = 4.0;  // px, else a pair says nothing about scale and roll
 
 double squared_error(const Similarity& s, const Point2& from, const Point2& to) {
   return (s.apply(from) - to).squaredNorm();
-}
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // Weighted least squares, closed form about the weighted means.
@@ -122,13 +117,7 @@ HeadFrameFit fit_head_frame(const std::vector<Point2>& from,
     for (size_t i = 0; i < from.size(); ++i) {
       errors[i] = squared_error(fit.similarity, from[i], to[i]);
     }
-    std::vector<double> sorted = errors;
-    // 0.85: the median error of a 2-D Gaussian of spread one is 1.18.
-    limit = kTukey * std::max(noise_px, 0.85 * std::sqrt(median(sorted)));
-    for (size_t i = 0; i < from.size(); ++i) {
-      const double q = 1.0 - errors[i] / (limit * limit);
-      weight[i] = q > 0.0 ? q * q : 0.0;
-    }
+    limit = tukey_weights(errors, noise_px, weight);
     if (!least_squares(from, to, weight, fit.similarity)) return fit;
   }
   int inliers = 0;

@@ -6,13 +6,13 @@
 #include <cmath>
 
 #include "tracker/face_chart.h"
+#include "tracker/robust.h"
 
 namespace zygoma {
 namespace {
 
 constexpr int kRounds = 6;
 constexpr double kNoise = 0.25;    // chart px: smaller errors all count as good
-constexpr double kTukey = 4.0;     // of the robust spread
 constexpr double kUsualYaw = 0.4;  // rad, spread of the prior
 // Lids, nostrils and the tip of the nose go up and down with the expression as well, so pitch is
 // believed about half: the prior weighs as much as the points do, chart px^2 per rad^2.
@@ -24,20 +24,6 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 Point2 predicted(const Similarity& s, const HeadTurn& turn, const RigidPoint& point) {
   return s.apply(turn.apply(point.position, point.depth));
-}
-
-// Weights of Tukey, zero beyond the limit that is returned.
-double reweight(const std::vector<double>& squared_errors, std::vector<double>& weight) {
-  std::vector<double> sorted = squared_errors;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  // 0.85: the median error of a 2-D Gaussian of spread one is 1.18.
-  const double limit = kTukey * std::max(kNoise, 0.85 * std::sqrt(*middle));
-  for (size_t i = 0; i < weight.size(); ++i) {
-    const double q = 1.0 - squared_errors[i] / (limit * limit);
-    weight[i] = q > 0.0 ? q * q : 0.0;
-  }
-  return limit;
 }
 
 // One Gauss-Newton step in (a, b, shift, yaw, pitch).
@@ -111,7 +97,7 @@ HeadPoseFit fit_head_pose(const std::vector<RigidPoint>& points,
     for (size_t i = 0; i < points.size(); ++i) {
       errors[i] = (predicted(fit.similarity, fit.turn, points[i]) - to[i]).squaredNorm();
     }
-    limit = reweight(errors, weight);
+    limit = tukey_weights(errors, kNoise, weight);
     if (round < kRounds && !step(points, to, weight, fit.similarity, fit.turn)) return fit;
   }
   const auto inliers = std::count_if(

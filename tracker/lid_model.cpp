@@ -1,5 +1,6 @@
 #include "tracker/lid_model.h"
 
+#include "tracker/robust.h"
 #include "tracker/shape_search.h"
 
 namespace zygoma {
@@ -73,8 +74,7 @@ Lid follow_lid(const Evidence& evidence, const Lid& last, const HeadTurn& turn) 
   }
   double offset = 0.0;
   if (best > 0 && best + 1 < scores.size()) {
-    const double bend = scores[best - 1] - 2.0 * scores[best] + scores[best + 1];
-    if (bend < 0.0) offset = 0.5 * (scores[best - 1] - scores[best + 1]) / bend;
+    offset = parabola_summit(scores[best - 1], scores[best], scores[best + 1]);
   }
   lid.rise = from + (static_cast<double>(best) + offset) * step;
   return lid;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "tracker/robust.h"
+
 namespace zygoma {
 namespace {
 
@@ -46,8 +48,7 @@ int strongest(const cv::Mat& map, int column, int first, int last) {
 double between_rows(const cv::Mat& map, int column, int row) {
   if (row < 1 || row + 1 >= map.rows) return row;
   const auto at = [&](int r) { return static_cast<double>(map.at<float>(r, column)); };
-  const double bend = at(row - 1) - 2.0 * at(row) + at(row + 1);
-  return bend < 0.0 ? row + std::clamp(0.5 * (at(row - 1) - at(row + 1)) / bend, -0.5, 0.5) : row;
+  return row + parabola_summit(at(row - 1), at(row), at(row + 1));
 }
 
 // The step down in strength along the seam that starts at (x0, row) and goes `outwards`.
@@ -78,8 +79,7 @@ Point2 seam_end(const cv::Mat& map, int x0, int row, int outwards, const Point2&
   if (!(gain(best) > 0.0)) return corner;
   double end = best;
   if (best > kStep && best + 1 < kReach - kStep) {
-    const double bend = gain(best - 1) - 2.0 * gain(best) + gain(best + 1);
-    if (bend < 0.0) end += 0.5 * (gain(best - 1) - gain(best + 1)) / bend;
+    end += parabola_summit(gain(best - 1), gain(best), gain(best + 1));
   }
   return {x0 + outwards * (end - 0.5), height[static_cast<size_t>(best - kBefore)]};
 }

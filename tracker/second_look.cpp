@@ -20,8 +20,9 @@ double backward_weight(size_t place, size_t count, bool first_stretch) {
 }
 
 void blend(const Contour& back, double weight, double tolerance_px, Contour& contour) {
-  if (back.lost() || back.points_px.size() != std::max(contour.points_px.size(), size_t{1})) {
-    if (!back.lost() && contour.lost()) contour = back;
+  if (back.lost()) return;
+  if (contour.lost()) {
+    contour = back;
     return;
   }
   double apart_px = 0.0;

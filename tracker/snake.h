@@ -14,11 +14,10 @@
 // With F(x) the whole force, both ways to step move the nodes by a multiple of it, so both come to
 // rest in the same places:
 //
-//   implicit        (gamma/dt + K + W) d = F(x).  K, of the springs' linear part and the bending,
-//   is
-//                   pentadiagonal, symmetric and positive semi-definite; solved by a banded L D
-//                   L^T. Without an image the energy never rises, whatever dt; anchors (W) of any
-//                   strength are stable. Only the image force is explicit, tamed by a cap.
+//   implicit        (gamma/dt + K + W) d = F(x). K, of the springs' linear part and the bending,
+//                   is pentadiagonal, symmetric and positive semi-definite; solved by a banded
+//                   L D L^T. Without an image the energy never rises, whatever dt; anchors (W) of
+//                   any strength are stable. Only the image force is explicit, tamed by a cap.
 //   explicit, 1992  d = dt/gamma F(x), Euler's step. Stable for
 //                     dt < 2 gamma / (4 a + 16 b + w + p L)
 //                   (the largest eigenvalue of K of a closed chain with alternating nodes; w the

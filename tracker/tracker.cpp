@@ -16,6 +16,7 @@
 #include "tracker/initialiser.h"
 #include "tracker/mouth_seam.h"
 #include "tracker/predictor.h"
+#include "tracker/robust.h"
 #include "tracker/scene_cut.h"
 #include "tracker/snake.h"
 
@@ -259,7 +260,6 @@ struct Tracker::Impl {
   HeadTurn turn;  // against the first sight
   std::vector<RigidPoint> rigid = rigid_points();
   std::array<std::vector<Keyframe>, kNumParts> keyframes;
-  size_t num_keyframes_made = 0;
 
   bool start(const Frame& frame);
   bool start_from_given(const Frame& frame);
@@ -582,9 +582,7 @@ void Tracker::Impl::keep_shapes(const Prediction& prediction) {
     for (size_t i = 0; i < unmoved.size(); ++i) {
       slides.push_back(prediction.target[f][i].x() - unmoved[i].x());
     }
-    const auto median = slides.begin() + static_cast<std::ptrdiff_t>(slides.size() / 2);
-    std::nth_element(slides.begin(), median, slides.end());
-    contours[f] = as_brow_motion(contours[f], unmoved, *median);
+    contours[f] = as_brow_motion(contours[f], unmoved, median(slides));
   }
   for (const FeatureIndex f : {kEyelidLeft, kEyelidRight}) {
     contours[f] = as_brow_motion(contours[f], lid_nodes(lids[f == kEyelidLeft ? 0 : 1], turn), 0.0);
@@ -758,8 +756,6 @@ Tracker Tracker::looking_back() const {
 const Similarity* Tracker::head() const {
   return impl_->tracking ? &impl_->last.image_from_chart : nullptr;
 }
-
-const HeadTurn& Tracker::head_turn() const { return impl_->turn; }
 
 const LipMap& Tracker::lips() const { return impl_->lips; }
 

@@ -9,7 +9,7 @@
 #include "tracker/contour_set.h"
 #include "tracker/feature_schema.h"
 #include "tracker/frame.h"
-#include "tracker/head_pose.h"
+#include "tracker/head_frame.h"
 #include "tracker/lip_map.h"
 #include "tracker/snake.h"
 
@@ -80,8 +80,6 @@ class Tracker {
 
   // Where the face was in the last frame, image from chart; null if it was not found.
   const Similarity* head() const;
-  // How it was turned out of the picture, against the frame it was first seen in.
-  const HeadTurn& head_turn() const;
   // What skin and lips of this face look like.
   const LipMap& lips() const;
 

@@ -16,6 +16,7 @@
 #include "src/io/video_writer.h"
 #include "src/pipeline/track_video.h"
 #include "tests/bench/bench_tools.h"
+#include "tests/support/silent_observer.h"
 
 namespace zygoma {
 namespace {
@@ -26,13 +27,6 @@ using bench::median;
 constexpr int kRepeats = 5;
 constexpr int kMostFrames = 240;  // of a clip
 constexpr double kLongClip_s = 600.0;
-
-class Silent : public StageObserver {
- public:
-  void begin(const std::string&, int) override {}
-  void update(int) override {}
-  void end() override {}
-};
 
 std::vector<Frame> fitted_frames(const std::string& video, cv::Size size) {
   VideoReader reader(video);
@@ -128,7 +122,7 @@ void bench_whole_pass(const std::string& video, bench::Table& table) {
   const int num_frames = static_cast<int>(frames.size());
   const std::string clip = write_clip(frames, num_frames, 30.0);
   std::vector<double> decode_wall, decode_cpu, wall_ratio, cpu_ratio;
-  Silent silent;
+  SilentObserver silent;
   for (int repeat = 0; repeat < kRepeats; ++repeat) {
     const Cost decoding = cost_of([&] { decode(clip); });
     const Cost pass = cost_of([&] { track_video(clip, {}, {}, silent, {}); });
@@ -157,7 +151,7 @@ double peak_mib() {
 
 // What the process of its own does.
 int report_memory(const char* video, const char* seconds) {
-  Silent silent;
+  SilentObserver silent;
   const TrackLimits limits{std::atof(seconds), {}};
   const TrackedVideo tracked = track_video(video, {}, {}, silent, {}, limits);
   std::printf("%zu %.1f\n", tracked.contours.size(), peak_mib());

@@ -17,16 +17,10 @@
 #include "src/pipeline/animate_face.h"
 #include "src/pipeline/track_video.h"
 #include "tests/bench/bench_tools.h"
+#include "tests/support/silent_observer.h"
 
 namespace zygoma {
 namespace {
-
-class Silent : public StageObserver {
- public:
-  void begin(const std::string&, int) override {}
-  void update(int) override {}
-  void end() override {}
-};
 
 using bench::median;
 
@@ -53,7 +47,7 @@ int run_bench(const std::string& video, int repeats, const char* csv) {
                 {"retarget", {}},
                 {"animate", {}},
                 {"whole run", {}}};
-  Silent silent;
+  SilentObserver silent;
   double clip_s = 0.0;
   std::size_t num_frames = 0;
   for (int repeat = 0; repeat < repeats; ++repeat) {

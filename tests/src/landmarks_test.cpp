@@ -17,18 +17,12 @@
 #include "src/synthetic/performer.h"
 #include "tests/src/program.h"
 #include "tests/src/scratch_folder.h"
+#include "tests/support/silent_observer.h"
 #include "tracker/initialiser.h"
 #include "tracker/landmark_finder.h"
 
 namespace zygoma {
 namespace {
-
-class Silent : public StageObserver {
- public:
-  void begin(const std::string&, int) override {}
-  void update(int) override {}
-  void end() override {}
-};
 
 struct Scene {
   std::vector<cv::Mat> pictures;
@@ -260,7 +254,7 @@ TEST(Landmarks, StartAFaceThatCannotBeFound) {
     for (Point2& p : scene.landmarks[f]) p = turned(p);
   }
   const std::string clip = write_video(folder / "clip.mp4", scene.pictures);
-  Silent silent;
+  SilentObserver silent;
   EXPECT_THROW(track_video(clip, {}, {}, silent, {}), InputError);
 
   const LandmarkTrack landmarks =
@@ -284,7 +278,7 @@ TEST(Landmarks, AsAPriorEndNearerToTheTruthThanTheyAre) {
     raw.push_back(contours_from_landmarks(noisy[f]));
     raw.back().frame_index = static_cast<int>(f);
   }
-  Silent silent;
+  SilentObserver silent;
   const TrackGuidance guidance{{}, &landmarks, true};
   const TrackedVideo tracked = track_video(clip, guidance, {}, silent, {});
   const double raw_px = distance(raw, scene.truth);

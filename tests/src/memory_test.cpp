@@ -10,16 +10,10 @@
 #include "src/pipeline/track_video.h"
 #include "src/synthetic/performer.h"
 #include "tests/src/scratch_folder.h"
+#include "tests/support/silent_observer.h"
 
 namespace zygoma {
 namespace {
-
-class Silent : public StageObserver {
- public:
-  void begin(const std::string&, int) override {}
-  void update(int) override {}
-  void end() override {}
-};
 
 // A performer's frames, shown forwards and backwards for as long as is wanted.
 std::string write_long_clip(const std::string& path, int num_frames) {
@@ -59,7 +53,7 @@ TEST(Memory, DoesNotGrowWithTheLengthOfTheClip) {
   const int many = is_long ? 3000 : 600;
   const ScratchFolder folder;
   const std::string clip = write_long_clip(folder / "clip.mp4", many);
-  Silent silent;
+  SilentObserver silent;
   // The first run loads what stays: cascades, threads, tables.
   track_video(clip, {}, {}, silent, {}, TrackLimits{0.5, {}});
   const auto bytes_after = [&](int num_frames) {

@@ -5,15 +5,10 @@
 #include "src/base/check.h"
 #include "src/pipeline/pick_quality.h"
 #include "tests/src/scratch_folder.h"
+#include "tests/support/silent_observer.h"
 
 namespace zygoma {
 namespace {
-
-class Silent : public StageObserver {
-  void begin(const std::string&, int) override {}
-  void update(int) override {}
-  void end() override {}
-};
 
 Scene short_scene() {
   Scene scene;
@@ -28,7 +23,7 @@ TissueChoice choice(int vertices, bool bi_layer, double residual) {
 }
 
 TEST(TradeoffTest, FinerIsCloserAndTheReferenceIsItself) {
-  Silent silent;
+  SilentObserver silent;
   const TissueChoice reference = choice(1000, false, 1e-6);
   const Tradeoff tradeoff =
       measure_tradeoff(short_scene(),
@@ -52,7 +47,7 @@ TEST(TradeoffTest, FinerIsCloserAndTheReferenceIsItself) {
 }
 
 TEST(TradeoffTest, TheFrontFallsWithTime) {
-  Silent silent;
+  SilentObserver silent;
   const Tradeoff tradeoff =
       measure_tradeoff(short_scene(),
                        {choice(300, true, 1e-2), choice(300, false, 1e-2), choice(500, true, 1e-2)},
@@ -81,7 +76,7 @@ TEST(TradeoffTest, TheFrontFallsWithTime) {
 }
 
 TEST(TradeoffTest, StopsWhenAsked) {
-  Silent silent;
+  SilentObserver silent;
   int asked = 0;
   const Tradeoff tradeoff = measure_tradeoff(short_scene(),
                                              {choice(300, true, 1e-2), choice(300, false, 1e-2)},
