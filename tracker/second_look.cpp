@@ -74,9 +74,15 @@ void SecondLook::look(const Tracker& tracker,
     const size_t at = contours.size() - frames.size() + i;
     const double weight = backward_weight(i, frames.size(), first);
     const double tolerance_px = options_.tolerance_iod * kChartEyeDistance * back.head()->scale();
-    for (size_t c = 0; c < seen.contours.size(); ++c) {
-      blend(seen.contours[c], weight, tolerance_px, contours[at].contours[c]);
+    // Sums round alike in a clip and in its mirror image only in the way round both are looked at.
+    const Mirror& mirror = back.mirror();
+    const int width = frames[i].image.cols;
+    const ContourSet turned = mirror.of(seen, width);
+    ContourSet blended = mirror.of(std::move(contours[at]), width);
+    for (size_t c = 0; c < turned.contours.size(); ++c) {
+      blend(turned.contours[c], weight, tolerance_px, blended.contours[c]);
     }
+    contours[at] = mirror.of(std::move(blended), width);
     if (!heads[at]) heads[at] = *back.head();
   }
 }

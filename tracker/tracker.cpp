@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <utility>
+#include <variant>
 
 #include "src/base/check.h"
 #include "tracker/brow_shape.h"
@@ -184,7 +185,7 @@ std::vector<Point2> shifted(std::vector<Point2> nodes, const Point2& offset) {
 }
 
 // The eyes as found in the picture and in its mirror image: the cascades were not made of mirrored
-// faces, and a face and its twin in the mirror should start alike.
+// faces and are off to one side.
 std::optional<FaceEyes> find_evenly(FaceFinder& finder, const cv::Mat& picture) {
   const std::optional<FaceEyes> plain = finder.find(picture);
   if (picture.empty() || (plain && plain->landmarks)) return plain;
@@ -217,6 +218,22 @@ void require_finite(const ContourSet& set) {
   }
 }
 
+void require_finite(const Landmarks& landmarks) {
+  for (const Point2& p : landmarks) {
+    require(p.allFinite(), "tracker: landmarks hold a number that is not finite; expected pixels");
+  }
+}
+
+// What others say of where a face is.
+using Marks = std::variant<ContourSet, Landmarks>;
+
+std::optional<ContourSet> take(std::optional<Marks>& marks, const Mirror& mirror, int width) {
+  if (!marks) return std::nullopt;
+  const Marks taken = *std::exchange(marks, std::nullopt);
+  if (const auto* set = std::get_if<ContourSet>(&taken)) return mirror.of(*set, width);
+  return contours_from_landmarks(mirror.of(std::get<Landmarks>(taken), width));
+}
+
 }  // namespace
 
 void TrackerOptions::check() const {
@@ -231,12 +248,19 @@ void TrackerOptions::check() const {
 struct Tracker::Impl {
   explicit Impl(const TrackerOptions& wanted) : options(wanted) { options.check(); }
 
+  // What goes in and out, as things are; everything else is as it is looked at (mirror.h).
+  Mirror mirror;
+  std::optional<Marks> given_as_is;  // by start_from, for the next frame
+  std::optional<Marks> prior_as_is;  // by set_prior, for the next frame
+  TrackReport report_as_is;
+  Similarity head_as_is;
+
   TrackerOptions options;
   TrackReport report;
   std::shared_ptr<FaceFinder> finder;
   SceneCut cut;
-  std::optional<ContourSet> given;  // by start_from, for the next frame
-  std::optional<ContourSet> prior;  // by set_prior, for the next frame
+  std::optional<ContourSet> given;
+  std::optional<ContourSet> prior;
 
   bool tracking = false;
   bool started_by_hand = false;
@@ -280,6 +304,7 @@ struct Tracker::Impl {
   void judge(const Evidence& evidence, const Prediction& prediction);
   void judge_start(const Evidence& evidence, const ContourNodes& given_nodes);
   void remember(const FaceChart& chart);
+  ContourSet track(const Frame& frame);
   ContourSet result(const Frame& frame) const;
 };
 
@@ -703,6 +728,28 @@ ContourSet Tracker::Impl::result(const Frame& frame) const {
   return set;
 }
 
+ContourSet Tracker::Impl::track(const Frame& frame) {
+  report = {};
+  const bool usable = !as_bgr(frame.image).empty();
+  // Whoever is seen after a cut, the contours of before are not theirs.
+  if (cut.at(frame.image)) tracking = false;
+  if (usable && given && start_from_given(frame)) {
+    // Nothing more to do in this frame.
+  } else if (usable && tracking) {
+    if (!follow(frame)) recover(frame);
+  } else if (usable) {
+    start(frame);
+  } else {
+    tracking = false;
+  }
+  prior.reset();
+  ContourSet set = result(frame);
+  report.face_found = tracking;
+  report.terms = terms;
+  for (const Contour& contour : set.contours) report.num_lost += contour.lost() ? 1 : 0;
+  return set;
+}
+
 Tracker::Tracker(const TrackerOptions& options) : impl_(std::make_unique<Impl>(options)) {}
 Tracker::~Tracker() = default;
 Tracker::Tracker(Tracker&&) noexcept = default;
@@ -710,53 +757,61 @@ Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 
 void Tracker::start_from(const ContourSet& initial) {
   require_finite(initial);
-  impl_->given = initial;
+  impl_->given_as_is = initial;
 }
+
+void Tracker::start_from(const Landmarks& initial) {
+  require_finite(initial);
+  impl_->given_as_is = initial;
+}
+
 void Tracker::set_prior(const ContourSet& prior) {
   require_finite(prior);
-  impl_->prior = prior;
+  impl_->prior_as_is = prior;
+}
+
+void Tracker::set_prior(const Landmarks& prior) {
+  require_finite(prior);
+  impl_->prior_as_is = prior;
 }
 
 ContourSet Tracker::track(const Frame& frame) {
   Impl& impl = *impl_;
-  impl.report = {};
-  const bool usable = !as_bgr(frame.image).empty();
-  // Whoever is seen after a cut, the contours of before are not theirs.
-  if (impl.cut.at(frame.image)) impl.tracking = false;
-  if (usable && impl.given && impl.start_from_given(frame)) {
-    // Nothing more to do in this frame.
-  } else if (usable && impl.tracking) {
-    if (!impl.follow(frame)) impl.recover(frame);
-  } else if (usable) {
-    impl.start(frame);
-  } else {
-    impl.tracking = false;
+  const Mirror& mirror = impl.mirror;
+  const int width = frame.image.cols;
+  impl.mirror.decide(frame.image);
+  if (impl.given_as_is) {
+    if (const auto* set = std::get_if<ContourSet>(&*impl.given_as_is)) {
+      impl.mirror.decide(*set, width);
+    }
+    impl.given = take(impl.given_as_is, mirror, width);
   }
-  impl.prior.reset();
-  ContourSet set = impl.result(frame);
-  impl.report.face_found = impl.tracking;
-  impl.report.terms = impl.terms;
-  for (const Contour& contour : set.contours) impl.report.num_lost += contour.lost() ? 1 : 0;
-  return set;
+  impl.prior = take(impl.prior_as_is, mirror, width);
+  const ContourSet set = impl.track({frame.index, frame.time_s, mirror.of(frame.image)});
+  impl.report_as_is = impl.report;
+  impl.report_as_is.terms = mirror.of(impl.report.terms);
+  impl.head_as_is = mirror.of(impl.last.image_from_chart, width);
+  return mirror.of(set, width);
 }
 
-const TrackReport& Tracker::report() const { return impl_->report; }
+const TrackReport& Tracker::report() const { return impl_->report_as_is; }
 
 Tracker Tracker::looking_back() const {
   Tracker copy;
   *copy.impl_ = *impl_;
   Impl& impl = *copy.impl_;
   impl.given.reset();
+  impl.given_as_is.reset();
   impl.started_by_hand = true;  // nothing is to be mended in its first second
   for (auto& list : impl.keyframes) list.clear();
   if (impl.tracking) impl.remember(impl.last);
   return copy;
 }
 
-const Similarity* Tracker::head() const {
-  return impl_->tracking ? &impl_->last.image_from_chart : nullptr;
-}
+const Similarity* Tracker::head() const { return impl_->tracking ? &impl_->head_as_is : nullptr; }
 
 const LipMap& Tracker::lips() const { return impl_->lips; }
+
+const Mirror& Tracker::mirror() const { return impl_->mirror; }
 
 }  // namespace zygoma

@@ -4,9 +4,11 @@ namespace zygoma {
 namespace {
 
 // What evidence is made of; no flow will be looked for.
-FaceChart small_chart(const Frame& frame, const std::optional<Similarity>& head) {
+FaceChart small_chart(const cv::Mat& picture,
+                      const std::optional<Similarity>& head,
+                      const Mirror& mirror) {
   if (!head) return {};
-  FaceChart chart = make_face_chart(frame.image, *head);
+  FaceChart chart = make_face_chart(mirror.of(picture), mirror.of(*head, picture.cols));
   chart.pyramid.clear();
   chart.core.clear();
   return chart;
@@ -23,6 +25,11 @@ void correct_track(const std::vector<Correction>& corrections,
   if (ranges.empty() || tracked.stopped) return;
   const Stopwatch watch;
   observer.begin("correct", ranges.back().last + 1);
+  const Mirror& mirror = tracked.mirror;
+  const int width = tracked.info.width_px;
+  std::vector<Correction> turned;
+  for (const Correction& correction : corrections) turned.push_back(mirror.of(correction, width));
+  for (ContourSet& set : tracked.contours) set = mirror.of(std::move(set), width);
   VideoReader reader(tracked.source);
   Frame frame;
   std::vector<FaceChart> charts;
@@ -34,13 +41,14 @@ void correct_track(const std::vector<Correction>& corrections,
     }
     observer.update(k + 1);
     if (k < range->first) continue;
-    charts.push_back(small_chart(frame, tracked.heads[k]));
+    charts.push_back(small_chart(frame.image, tracked.heads[k], mirror));
     if (k < range->last) continue;
     tracked.contours_corrected +=
-        apply_corrections(corrections, *range, charts, tracked.lips, tracked.contours);
+        apply_corrections(turned, *range, charts, tracked.lips, tracked.contours);
     charts.clear();
     ++range;
   }
+  for (ContourSet& set : tracked.contours) set = mirror.of(std::move(set), width);
   observer.end();
   tracked.figures.total_ms += watch.elapsed_ms();
 }
