@@ -111,8 +111,8 @@ double Evidence::lip_column(double x, double top, double bottom) const {
 Evidence make_evidence(const FaceChart& chart, const LipMap& lips, const EvidenceOptions& options) {
   Evidence evidence;
   evidence.fine = PotentialField(chart.grey, kFaceBox, {options.fine_sigma_px, 0.95, 1.0});
-  evidence.chin = PotentialField(chart.grey, kChinBox, {options.coarse_sigma_px, 0.95, 1.0});
-  evidence.hair = PotentialField(chart.grey, kHairBox, {options.coarse_sigma_px, 0.95, 1.0});
+  evidence.chin = PotentialField(chart.grey, kChinBox, {options.coarse_sigma_px, 0.95, 1.0, 2});
+  evidence.hair = PotentialField(chart.grey, kHairBox, {options.coarse_sigma_px, 0.95, 1.0, 2});
   cv::Mat map(chart.grey.size(), CV_32F, cv::Scalar(0.0));
   cv::Mat mouth = map(kLowerFace);
   lips.apply(chart.colour(kLowerFace)).copyTo(mouth);

@@ -97,11 +97,16 @@ int first_difference(const cv::Mat& picture) {
 
 }  // namespace
 
-void Mirror::decide(const cv::Mat& picture) {
-  if (turns_ || as_bgr(picture).empty()) return;
-  const std::int64_t moment = lopsidedness(picture);
-  const int first = moment == 0 ? first_difference(picture) : 0;
-  if (moment != 0 || first != 0) turns_ = moment < 0 || first < 0;
+void Mirror::decide(const Frame& frame) {
+  if (turns_ || Picture(frame).empty()) return;
+  std::int64_t moment = 0;
+  int first = 0;
+  for (const cv::Mat* layer : {&frame.image, &frame.planes.y, &frame.planes.cb, &frame.planes.cr}) {
+    if (layer->empty()) continue;
+    moment += lopsidedness(*layer);
+    if (first == 0) first = first_difference(*layer);
+  }
+  if (moment != 0 || first != 0) turns_ = moment != 0 ? moment < 0 : first < 0;
 }
 
 void Mirror::decide(const ContourSet& given, int width) {
@@ -110,13 +115,6 @@ void Mirror::decide(const ContourSet& given, int width) {
     for (const Point2& p : contour.points_px) moment += 2.0 * on_grid(p.x()) - (width - 1.0);
   }
   if (!turns_ && moment != 0.0) turns_ = moment < 0.0;
-}
-
-cv::Mat Mirror::of(const cv::Mat& picture) const {
-  if (!turns() || picture.empty()) return picture;
-  cv::Mat out;
-  cv::flip(picture, out, 1);
-  return out;
 }
 
 ContourSet Mirror::of(ContourSet set, int width) const {

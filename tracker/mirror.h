@@ -23,19 +23,20 @@
 #include "tracker/feature_schema.h"
 #include "tracker/head_frame.h"
 #include "tracker/landmarks.h"
+#include "tracker/picture.h"
 
 namespace zygoma {
 
 class Mirror {
  public:
-  // To be shown everything before it is used; pictures are 8-bit ones of any kind.
-  void decide(const cv::Mat& picture);
+  // To be shown everything before it is used.
+  void decide(const Frame& frame);
   void decide(const ContourSet& given, int width);
   bool turns() const { return turns_.value_or(false); }
 
-  // From the way things are to the way they are looked at, and back. `width` is that of the picture
-  // in px.
-  cv::Mat of(const cv::Mat& picture) const;
+  // From the way things are to the way they are looked at, ...
+  Picture of(const Frame& frame) const { return Picture(frame, turns()); }
+  // ... and back. `width` is that of the picture in px.
   ContourSet of(ContourSet set, int width) const;
   Landmarks of(const Landmarks& landmarks, int width) const;
   Similarity of(Similarity image_from_chart, int width) const;

@@ -35,15 +35,14 @@ Flow follow_points(const std::vector<cv::Mat>& first,
   std::vector<cv::Point2f> there = to_float(guess);
   std::vector<cv::Point2f> back = start;
   std::vector<unsigned char> found_there, found_back;
-  const cv::Size window(kFlowWindow, kFlowWindow);
-  const cv::TermCriteria stop(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 10, 0.01);
+  const cv::TermCriteria stop(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 10, 0.02);
   cv::calcOpticalFlowPyrLK(first,
                            second,
                            start,
                            there,
                            found_there,
                            cv::noArray(),
-                           window,
+                           kFlowWindow,
                            levels,
                            stop,
                            cv::OPTFLOW_USE_INITIAL_FLOW,
@@ -56,7 +55,7 @@ Flow follow_points(const std::vector<cv::Mat>& first,
                              back,
                              found_back,
                              cv::noArray(),
-                             window,
+                             kFlowWindow,
                              0,
                              stop,
                              cv::OPTFLOW_USE_INITIAL_FLOW,

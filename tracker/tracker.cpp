@@ -105,7 +105,7 @@ const Keyframe* most_alike(const std::vector<Keyframe>& looks,
 }
 
 // Eyes and nose.
-cv::Mat core_of(const FaceChart& chart) {
+cv::Mat middle_look(const FaceChart& chart) {
   return small_look(chart, cv::Rect(44, 84, 105, 70), cv::Size(30, 20));
 }
 
@@ -279,21 +279,21 @@ struct Tracker::Impl {
   std::array<double, kNumFeatures> confidence{};
   std::array<ConfidenceTerms, kNumFeatures> terms{};
   std::array<double, kNumFeatures> usual_evidence{};
-  FaceChart head_anchor;
+  std::vector<cv::Mat> head_anchor;  // the core of the first sight
   Exposure exposure;
   HeadTurn turn;  // against the first sight
   std::vector<RigidPoint> rigid = rigid_points();
   std::array<std::vector<Keyframe>, kNumParts> keyframes;
 
-  bool start(const Frame& frame);
-  bool start_from_given(const Frame& frame);
-  void recover(const Frame& frame);
-  void look_again(const Frame& frame);
-  void restart_at(const Frame& frame, const FaceEyes& eyes);
+  bool start(const Picture& picture);
+  bool start_from_given(const Picture& picture);
+  void recover(const Picture& picture);
+  void look_again(const Picture& picture);
+  void restart_at(const Picture& picture, const FaceEyes& eyes);
   void restart_from(const FaceChart& chart, const ContourNodes& given_nodes = {});
-  bool follow(const Frame& frame);
+  bool follow(const Picture& picture);
   std::vector<Point2> follow_chin(const FaceChart& chart, double& sight) const;
-  bool follow_head(const Frame& frame, FaceChart& chart);
+  bool follow_head(const Picture& picture, FaceChart& chart);
   double trust_in(const Mouth& found, const Evidence& evidence) const;
   void follow_contours(const FaceChart& chart);
   ContourNodes nodes_in_chart(const ContourSet& set, const Similarity& image_from_chart) const;
@@ -304,24 +304,24 @@ struct Tracker::Impl {
   void judge(const Evidence& evidence, const Prediction& prediction);
   void judge_start(const Evidence& evidence, const ContourNodes& given_nodes);
   void remember(const FaceChart& chart);
-  ContourSet track(const Frame& frame);
-  ContourSet result(const Frame& frame) const;
+  ContourSet track(const Picture& picture);
+  ContourSet result(const Picture& picture) const;
 };
 
-bool Tracker::Impl::start(const Frame& frame) {
+bool Tracker::Impl::start(const Picture& picture) {
   if (!finder) finder = make_face_finder(options.cascade_folder, options.landmark_model);
-  const std::optional<FaceEyes> eyes = find_evenly(*finder, frame.image);
+  const std::optional<FaceEyes> eyes = find_evenly(*finder, picture.bgr());
   if (!eyes) return false;
-  restart_at(frame, *eyes);
+  restart_at(picture, *eyes);
   started_by_hand = false;
   return true;
 }
 
-void Tracker::Impl::restart_at(const Frame& frame, const FaceEyes& eyes) {
+void Tracker::Impl::restart_at(const Picture& picture, const FaceEyes& eyes) {
   const Similarity place = image_from_chart(eyes.right_px, eyes.left_px);
   ContourNodes marked;
   if (eyes.landmarks) marked = nodes_in_chart(contours_from_landmarks(*eyes.landmarks), place);
-  restart_from(make_face_chart(frame.image, place), marked);
+  restart_from(make_face_chart(picture, place), marked);
 }
 
 // The contours of a picture that are there, in chart px and with the schema's numbers of nodes.
@@ -339,7 +339,7 @@ ContourNodes Tracker::Impl::nodes_in_chart(const ContourSet& set,
 }
 
 // The user's contours: where they are gives the head, they themselves stay, the rest is placed.
-bool Tracker::Impl::start_from_given(const Frame& frame) {
+bool Tracker::Impl::start_from_given(const Picture& picture) {
   const ContourSet set = *std::exchange(given, std::nullopt);
   const ContourNodes usual = template_contours();
   ContourNodes placed;
@@ -370,20 +370,20 @@ bool Tracker::Impl::start_from_given(const Frame& frame) {
   for (auto& nodes : placed) {
     for (Point2& p : nodes) p = inverse.apply(p);
   }
-  restart_from(make_face_chart(frame.image, place), placed);
+  restart_from(make_face_chart(picture, place), placed);
   started_by_hand = true;
   return true;
 }
 
 // Video often opens with a few blocky frames. When the face has become clearly sharper since the
 // start, and its lips stand out better, the start is made again.
-void Tracker::Impl::look_again(const Frame& frame) {
+void Tracker::Impl::look_again(const Picture& picture) {
   if (started_by_hand || (age != 12 && age != 25)) return;
   if (sharpness_of(last) < options.sharper * sharpness) return;
-  const std::optional<FaceEyes> eyes = find_evenly(*finder, frame.image);
+  const std::optional<FaceEyes> eyes = find_evenly(*finder, picture.bgr());
   if (!eyes) return;
   const int frames = age;
-  restart_at(frame, *eyes);
+  restart_at(picture, *eyes);
   age = frames;
 }
 
@@ -402,7 +402,7 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
   chin_patch.learn(chart.grey, middle_of(contours[kChinBoss]));
   judge_start(make_evidence(chart, lips), given_nodes);
   last = chart;
-  head_anchor = chart;
+  head_anchor = core_of(chart);
   exposure = {level_of(chart), 1.0};
   turn = HeadTurn();
   for (auto& list : keyframes) list.clear();
@@ -415,36 +415,40 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
 }
 
 // Takes the head's motion off: on return `chart` shows the face where the last chart showed it.
-bool Tracker::Impl::follow_head(const Frame& frame, FaceChart& chart) {
+bool Tracker::Impl::follow_head(const Picture& picture, FaceChart& chart) {
   const Similarity before = last.image_from_chart;
-  const FaceChart draft = make_draft_chart(frame.image, before, exposure);
+  const std::vector<cv::Mat> draft = draft_of_core(picture, before, exposure);
   HeadPoseFit pose{Similarity(), turn};  // of the face in the draft
-  const auto correct = [&](const FaceChart& reference, const HeadTurn& then, double least_share) {
-    const Point2 corner(kCoreBox.x, kCoreBox.y);
-    std::vector<Point2> start, guess;
-    for (const RigidPoint& point : rigid) {
-      start.push_back(then.apply(point.position, point.depth) - corner);
-      const Point2 now = pose.turn.apply(point.position, point.depth);
-      guess.push_back(pose.similarity.apply(now) - corner);
-    }
-    const Flow flow = follow_points(reference.core, draft.core, start, guess, false);
-    std::vector<RigidPoint> seen;
-    std::vector<Point2> to;
-    for (size_t i = 0; i < rigid.size(); ++i) {
-      if (flow.quality[i] < 0.3) continue;
-      seen.push_back(rigid[i]);
-      to.push_back(flow.points_px[i] + corner);
-    }
-    const HeadPoseFit fit = fit_head_pose(seen, to, pose.turn);
-    const double share =
-        fit.inlier_share * static_cast<double>(seen.size()) / static_cast<double>(rigid.size());
-    if (!fit.ok || share < least_share) return false;
-    pose = fit;
-    return true;
-  };
-  if (!correct(last, turn, 0.3)) return false;
-  // Against the drift of frame-to-frame motion: the chart the head was first seen in.
-  correct(head_anchor, HeadTurn(), 0.5);
+  const auto correct =
+      [&](const std::vector<cv::Mat>& reference, const HeadTurn& then, double least_share) {
+        const Point2 corner(kCoreBox.x, kCoreBox.y);
+        std::vector<Point2> start, guess;
+        for (const RigidPoint& point : rigid) {
+          start.push_back(then.apply(point.position, point.depth) - corner);
+          const Point2 now = pose.turn.apply(point.position, point.depth);
+          guess.push_back(pose.similarity.apply(now) - corner);
+        }
+        const Flow flow = follow_points(reference, draft, start, guess, false);
+        std::vector<RigidPoint> seen;
+        std::vector<Point2> to;
+        for (size_t i = 0; i < rigid.size(); ++i) {
+          if (flow.quality[i] < 0.3) continue;
+          seen.push_back(rigid[i]);
+          to.push_back(flow.points_px[i] + corner);
+        }
+        const HeadPoseFit fit = fit_head_pose(seen, to, pose.turn);
+        const double share =
+            fit.inlier_share * static_cast<double>(seen.size()) / static_cast<double>(rigid.size());
+        if (!fit.ok || share < least_share) return false;
+        pose = fit;
+        return true;
+      };
+  // Against the first sight of the head: motion from frame to frame adds up. Where it no longer
+  // looks like that, or went far, by way of the last frame.
+  if (!correct(head_anchor, HeadTurn(), 0.5)) {
+    if (!correct(core_of(last), turn, 0.3)) return false;
+    correct(head_anchor, HeadTurn(), 0.5);
+  }
   double moved = 0.0;
   for (const RigidPoint& point : rigid) {
     moved = std::max(moved, (pose.similarity.apply(point.position) - point.position).norm());
@@ -452,10 +456,10 @@ bool Tracker::Impl::follow_head(const Frame& frame, FaceChart& chart) {
   const Similarity place = moved > kStill ? before.after(pose.similarity) : before;
   turn = pose.turn;
   const double eyes_px = place.scale() * kChartEyeDistance;
-  if (eyes_px < kLeastEyeDistance || eyes_px > frame.image.cols) return false;
-  chart = make_face_chart(frame.image, place, exposure.gain);
+  if (eyes_px < kLeastEyeDistance || eyes_px > picture.size().width) return false;
+  chart = make_face_chart(picture, place, exposure.gain);
   // A cut to something else: the middle of the face no longer looks like it did a frame ago.
-  return correlation(core_of(chart), core_of(last)) > kSameScene;
+  return correlation(middle_look(chart), middle_look(last)) > kSameScene;
 }
 
 // The chin is too smooth to say how its contour bends or how far along it a node has slid; it says
@@ -681,30 +685,28 @@ void Tracker::Impl::remember(const FaceChart& chart) {
   }
 }
 
-bool Tracker::Impl::follow(const Frame& frame) {
+bool Tracker::Impl::follow(const Picture& picture) {
   FaceChart chart;
-  if (!follow_head(frame, chart)) return false;
+  if (!follow_head(picture, chart)) return false;
   follow_contours(chart);
   remember(chart);
   last = chart;
   ++age;
   coasted = 0;
-  look_again(frame);
+  look_again(picture);
   return true;
 }
 
 // The face was not where it should be: look for it in the whole picture, else wait a few frames.
-void Tracker::Impl::recover(const Frame& frame) {
-  if (start(frame)) return;
+void Tracker::Impl::recover(const Picture& picture) {
+  if (start(picture)) return;
   ++coasted;
   for (double& c : confidence) c *= 0.5;
   if (coasted > options.max_coast_frames) tracking = false;
 }
 
-ContourSet Tracker::Impl::result(const Frame& frame) const {
+ContourSet Tracker::Impl::result(const Picture& picture) const {
   ContourSet set;
-  set.frame_index = frame.index;
-  set.time_s = frame.time_s;
   for (size_t f = 0; f < kNumFeatures; ++f) {
     Contour contour;
     contour.name = kFeatureSchema[f].name;
@@ -712,8 +714,8 @@ ContourSet Tracker::Impl::result(const Frame& frame) const {
       int outside = 0;
       for (const Point2& p : contours[f]) {
         const Point2 q = last.image_from_chart.apply(p);
-        outside += q.x() < 0.0 || q.y() < 0.0 || q.x() > frame.image.cols - 1.0 ||
-                   q.y() > frame.image.rows - 1.0;
+        outside += q.x() < 0.0 || q.y() < 0.0 || q.x() > picture.size().width - 1.0 ||
+                   q.y() > picture.size().height - 1.0;
         contour.points_px.push_back(q);
       }
       contour.confidence = confidence[f];
@@ -728,22 +730,22 @@ ContourSet Tracker::Impl::result(const Frame& frame) const {
   return set;
 }
 
-ContourSet Tracker::Impl::track(const Frame& frame) {
+ContourSet Tracker::Impl::track(const Picture& picture) {
   report = {};
-  const bool usable = !as_bgr(frame.image).empty();
+  const bool usable = !picture.empty();
   // Whoever is seen after a cut, the contours of before are not theirs.
-  if (cut.at(frame.image)) tracking = false;
-  if (usable && given && start_from_given(frame)) {
+  if (cut.at(picture)) tracking = false;
+  if (usable && given && start_from_given(picture)) {
     // Nothing more to do in this frame.
   } else if (usable && tracking) {
-    if (!follow(frame)) recover(frame);
+    if (!follow(picture)) recover(picture);
   } else if (usable) {
-    start(frame);
+    start(picture);
   } else {
     tracking = false;
   }
   prior.reset();
-  ContourSet set = result(frame);
+  ContourSet set = result(picture);
   report.face_found = tracking;
   report.terms = terms;
   for (const Contour& contour : set.contours) report.num_lost += contour.lost() ? 1 : 0;
@@ -778,8 +780,9 @@ void Tracker::set_prior(const Landmarks& prior) {
 ContourSet Tracker::track(const Frame& frame) {
   Impl& impl = *impl_;
   const Mirror& mirror = impl.mirror;
-  const int width = frame.image.cols;
-  impl.mirror.decide(frame.image);
+  impl.mirror.decide(frame);
+  const Picture picture = mirror.of(frame);
+  const int width = picture.size().width;
   if (impl.given_as_is) {
     if (const auto* set = std::get_if<ContourSet>(&*impl.given_as_is)) {
       impl.mirror.decide(*set, width);
@@ -787,11 +790,13 @@ ContourSet Tracker::track(const Frame& frame) {
     impl.given = take(impl.given_as_is, mirror, width);
   }
   impl.prior = take(impl.prior_as_is, mirror, width);
-  const ContourSet set = impl.track({frame.index, frame.time_s, mirror.of(frame.image)});
+  ContourSet set = mirror.of(impl.track(picture), width);
+  set.frame_index = frame.index;
+  set.time_s = frame.time_s;
   impl.report_as_is = impl.report;
   impl.report_as_is.terms = mirror.of(impl.report.terms);
   impl.head_as_is = mirror.of(impl.last.image_from_chart, width);
-  return mirror.of(set, width);
+  return set;
 }
 
 const TrackReport& Tracker::report() const { return impl_->report_as_is; }

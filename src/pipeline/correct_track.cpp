@@ -4,13 +4,13 @@ namespace zygoma {
 namespace {
 
 // What evidence is made of; no flow will be looked for.
-FaceChart small_chart(const cv::Mat& picture,
+FaceChart small_chart(const Frame& frame,
                       const std::optional<Similarity>& head,
                       const Mirror& mirror) {
   if (!head) return {};
-  FaceChart chart = make_face_chart(mirror.of(picture), mirror.of(*head, picture.cols));
+  const Picture picture = mirror.of(frame);
+  FaceChart chart = make_face_chart(picture, mirror.of(*head, picture.size().width));
   chart.pyramid.clear();
-  chart.core.clear();
   return chart;
 }
 
@@ -34,14 +34,14 @@ void correct_track(const std::vector<Correction>& corrections,
   Frame frame;
   std::vector<FaceChart> charts;
   auto range = ranges.begin();
-  for (int k = 0; range != ranges.end() && reader.read(frame); ++k) {
+  for (int k = 0; range != ranges.end() && reader.read_planes(frame); ++k) {
     if (stop && stop()) {
       tracked.stopped = true;
       break;
     }
     observer.update(k + 1);
     if (k < range->first) continue;
-    charts.push_back(small_chart(frame.image, tracked.heads[k], mirror));
+    charts.push_back(small_chart(frame, tracked.heads[k], mirror));
     if (k < range->last) continue;
     tracked.contours_corrected +=
         apply_corrections(turned, *range, charts, tracked.lips, tracked.contours);

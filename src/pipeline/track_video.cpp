@@ -101,9 +101,9 @@ TrackedVideo track_video(const VideoSource& source,
   const Stopwatch watch;
   bool limit_reached = false;
   {
-    Producer<Frame> frames(kFramesAhead, [&reader]() -> std::optional<Frame> {
+    Producer<Frame> frames(kFramesAhead, [&]() -> std::optional<Frame> {
       Frame frame;  // a fresh picture each time: the one before may still be in use
-      if (!reader.read(frame)) return std::nullopt;
+      if (!(recording ? reader.read(frame) : reader.read_planes(frame))) return std::nullopt;
       return frame;
     });
     while (const std::optional<Frame> frame = frames.next()) {

@@ -377,7 +377,7 @@ TEST(LandmarkModel, FacemarkFindsEyesAndStartsTheTrack) {
   ASSERT_TRUE(tracker.report().face_found);
   // The model sees the picture the way round the tracker does.
   const Mirror& mirror = tracker.mirror();
-  const std::optional<FaceEyes> seen = finder->find(mirror.of(scene.pictures[2]));
+  const std::optional<FaceEyes> seen = finder->find(mirror.of({0, 0.0, scene.pictures[2]}).bgr());
   ASSERT_TRUE(seen && seen->landmarks);
   const ContourSet marked =
       contours_from_landmarks(mirror.of(*seen->landmarks, scene.pictures[2].cols));
