@@ -69,6 +69,14 @@ Evidence make_evidence(const FaceChart& chart,
                        const LipMap& lips,
                        const EvidenceOptions& options = {});
 
+// One of the edges that a contour looks for.
+struct EvidenceTerm {
+  const PotentialField* field = nullptr;
+  double weight = 0.0;
+  double sign = 0.0;  // of the downward normal along which the field should rise; 0: either
+};
+using EvidenceTerms = std::array<EvidenceTerm, 2>;  // those with a field
+
 // The landscape of one contour about its present nodes: their normals fix the polarity.
 class ContourLandscape : public ImageLandscape {
  public:
@@ -79,12 +87,7 @@ class ContourLandscape : public ImageLandscape {
   Point2 gradient(size_t node, const Point2& x) const override;
 
  private:
-  struct Term {
-    const PotentialField* field = nullptr;
-    double weight = 0.0;
-    double sign = 0.0;  // of the downward normal along which the field should rise; 0: either
-  };
-  std::array<Term, 2> terms_;    // those with a field
+  EvidenceTerms terms_;
   std::vector<Point2> normals_;  // to the right of the walk from the subject's right to left: down
 };
 

@@ -48,7 +48,8 @@ Flow follow_points(const std::vector<cv::Mat>& first,
                            cv::OPTFLOW_USE_INITIAL_FLOW,
                            1e-4);
   if (check) {
-    // On the finest level alone: it starts where it should end.
+    // On the finest level alone and not for long: it starts where it should end.
+    const cv::TermCriteria near(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 5, 0.03);
     cv::calcOpticalFlowPyrLK(second,
                              first,
                              there,
@@ -57,7 +58,7 @@ Flow follow_points(const std::vector<cv::Mat>& first,
                              cv::noArray(),
                              kFlowWindow,
                              0,
-                             stop,
+                             near,
                              cv::OPTFLOW_USE_INITIAL_FLOW,
                              1e-4);
   }

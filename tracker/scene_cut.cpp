@@ -16,7 +16,7 @@ constexpr double kForget = 0.2;      // per frame
 bool SceneCut::at(const Picture& picture) {
   if (picture.empty()) return false;
   cv::Mat small, look;
-  const cv::Mat sparse = picture.sparse(kLook * 4);  // a few pixels speak for the others
+  const cv::Mat sparse = picture.sparse(kLook * 2);  // a few pixels speak for the others
   cv::resize(sparse, small, kLook, 0, 0, cv::INTER_AREA);
   const cv::Scalar mean = cv::mean(small);
   const double level = (mean[0] + mean[1] + mean[2]) / 3.0;

@@ -269,6 +269,8 @@ struct Tracker::Impl {
   int coasted = 0;
   FaceChart last;
   ContourNodes contours;
+  std::array<cv::Mat, kNumParts> thumbnails;  // of its parts, and its middle
+  cv::Mat middle;
   ContourNodes at_start;  // where the contours were placed
   LipMap lips;
   Mouth mouth;
@@ -297,6 +299,7 @@ struct Tracker::Impl {
   double trust_in(const Mouth& found, const Evidence& evidence) const;
   void follow_contours(const FaceChart& chart);
   ContourNodes nodes_in_chart(const ContourSet& set, const Similarity& image_from_chart) const;
+  void look_at(const FaceChart& chart);
   Prediction predict(const FaceChart& chart) const;
   void draw_to_models(const FaceChart& chart, const Evidence& evidence, Prediction& prediction);
   void relax(const Evidence& evidence, const Prediction& prediction);
@@ -406,6 +409,7 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
   exposure = {level_of(chart), 1.0};
   turn = HeadTurn();
   for (auto& list : keyframes) list.clear();
+  look_at(chart);
   remember(chart);
   tracking = true;
   sharpness = sharpness_of(chart);
@@ -459,7 +463,11 @@ bool Tracker::Impl::follow_head(const Picture& picture, FaceChart& chart) {
   if (eyes_px < kLeastEyeDistance || eyes_px > picture.size().width) return false;
   chart = make_face_chart(picture, place, exposure.gain);
   // A cut to something else: the middle of the face no longer looks like it did a frame ago.
-  return correlation(middle_look(chart), middle_look(last)) > kSameScene;
+  const cv::Mat before_it = middle;
+  look_at(chart);
+  if (correlation(middle, before_it) > kSameScene) return true;
+  look_at(last);
+  return false;
 }
 
 // The chin is too smooth to say how its contour bends or how far along it a node has slid; it says
@@ -487,21 +495,30 @@ double Tracker::Impl::trust_in(const Mouth& found, const Evidence& evidence) con
   return std::clamp(2.0 * least - 1.0, 0.0, 1.0);
 }
 
+void Tracker::Impl::look_at(const FaceChart& chart) {
+  for (size_t part = 0; part < kNumParts; ++part) {
+    thumbnails[part] = thumbnail_of(chart, static_cast<Part>(part));
+  }
+  middle = middle_look(chart);
+}
+
 // Where the nodes of the last frame are in this one: by flow from there, and by flow from the
 // remembered look that resembles this one most.
 Prediction Tracker::Impl::predict(const FaceChart& chart) const {
   std::vector<Point2> from;
-  for (const auto& nodes : contours) from.insert(from.end(), nodes.begin(), nodes.end());
+  for (size_t f = 0; f < kNumFeatures; ++f) {
+    if (f != kChinBoss) from.insert(from.end(), contours[f].begin(), contours[f].end());
+  }
   const Flow recent = follow_points(last.pyramid, chart.pyramid, from, from);
   Prediction prediction;
   std::array<Flow, kNumParts> anchored;
   for (size_t part = 0; part < kNumParts; ++part) {
-    const Keyframe* look = most_alike(
-        keyframes[part], thumbnail_of(chart, static_cast<Part>(part)), prediction.likeness[part]);
+    const Keyframe* look = most_alike(keyframes[part], thumbnails[part], prediction.likeness[part]);
     if (look == nullptr) continue;
     std::vector<Point2> then, guess;
     size_t first = 0;
     for (size_t f = 0; f < kNumFeatures; ++f) {
+      if (f == kChinBoss) continue;
       const size_t n = contours[f].size();
       if (part_of(f) == part) {
         const auto& nodes = look->contours[f];
@@ -519,6 +536,11 @@ Prediction Tracker::Impl::predict(const FaceChart& chart) const {
     std::vector<Point2>& target = prediction.target[f];
     std::vector<double>& quality = prediction.quality[f];
     const size_t n = contours[f].size();
+    if (f == kChinBoss) {  // found by its patch
+      target = contours[f];
+      quality.assign(n, 0.0);
+      continue;
+    }
     target.assign(recent.points_px.begin() + at, recent.points_px.begin() + at + n);
     quality.assign(recent.quality.begin() + at, recent.quality.begin() + at + n);
     at += n;
@@ -675,7 +697,7 @@ void Tracker::Impl::judge_start(const Evidence& evidence, const ContourNodes& gi
 
 void Tracker::Impl::remember(const FaceChart& chart) {
   for (size_t part = 0; part < kNumParts; ++part) {
-    const cv::Mat now = thumbnail_of(chart, static_cast<Part>(part));
+    const cv::Mat& now = thumbnails[part];
     double best = -1.0;
     for (const Keyframe& keyframe : keyframes[part]) {
       best = std::max(best, correlation(now, keyframe.thumbnail));
