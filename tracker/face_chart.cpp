@@ -10,10 +10,15 @@
 namespace zygoma {
 namespace {
 
+enum class Channels { kColour, kGrey };
+
 // The part of the picture under a box of the chart, shrunk by whole factors until one chart pixel
 // covers at most 1.5 of its pixels (plain linear sampling would alias). `image_from_chart` becomes
 // that of the part.
-cv::Mat part_under(const Picture& picture, const cv::Rect& box, Similarity& image_from_chart) {
+cv::Mat part_under(const Picture& picture,
+                   Channels channels,
+                   const cv::Rect& box,
+                   Similarity& image_from_chart) {
   const int factor = std::max(1, static_cast<int>(std::floor(image_from_chart.scale() / 1.5)));
   double left = 1e9, top = 1e9, right = -1e9, bottom = -1e9;
   for (const cv::Point& corner : {box.tl(), {box.br().x, box.y}, {box.x, box.br().y}, box.br()}) {
@@ -29,12 +34,15 @@ cv::Mat part_under(const Picture& picture, const cv::Rect& box, Similarity& imag
   const int y0 = std::max(0, static_cast<int>(top) / factor - 1) * factor;
   const int columns = (std::min(size.width, static_cast<int>(right) + 2 * factor) - x0) / factor;
   const int rows = (std::min(size.height, static_cast<int>(bottom) + 2 * factor) - y0) / factor;
-  if (columns < 2 || rows < 2) return picture.bgr();
+  const auto taken = [&](const cv::Rect& part) {
+    return channels == Channels::kGrey ? picture.grey(part) : picture.bgr(part);
+  };
+  if (columns < 2 || rows < 2) return taken({{}, size});
   const double f = factor;
   const Similarity part_from_image{
       1.0 / f, 0.0, Point2{(0.5 - x0) / f - 0.5, (0.5 - y0) / f - 0.5}};
   image_from_chart = part_from_image.after(image_from_chart);
-  const cv::Mat part = picture.bgr(cv::Rect(x0, y0, columns * factor, rows * factor));
+  const cv::Mat part = taken(cv::Rect(x0, y0, columns * factor, rows * factor));
   if (factor == 1) return part;
   cv::Mat small;
   cv::resize(part, small, cv::Size(columns, rows), 0, 0, cv::INTER_AREA);
@@ -42,8 +50,11 @@ cv::Mat part_under(const Picture& picture, const cv::Rect& box, Similarity& imag
 }
 
 // A box of the chart.
-cv::Mat resampled(const Picture& picture, Similarity image_from_chart, const cv::Rect& box) {
-  const cv::Mat source = part_under(picture, box, image_from_chart);
+cv::Mat resampled(const Picture& picture,
+                  Channels channels,
+                  const cv::Rect& box,
+                  Similarity image_from_chart) {
+  const cv::Mat source = part_under(picture, channels, box, image_from_chart);
   const Similarity& s = image_from_chart;
   const Point2 corner = s.apply(Point2(box.x, box.y));
   const cv::Matx23d matrix(s.a, -s.b, corner.x(), s.b, s.a, corner.y());
@@ -85,7 +96,8 @@ double level_of(const FaceChart& chart) { return cv::mean(chart.grey(kLevelBox))
 FaceChart make_face_chart(const Picture& picture, const Similarity& image_from_chart, double gain) {
   FaceChart chart;
   chart.image_from_chart = image_from_chart;
-  chart.colour = resampled(picture, image_from_chart, cv::Rect(0, 0, kChartWidth, kChartHeight));
+  const cv::Rect all(0, 0, kChartWidth, kChartHeight);
+  chart.colour = resampled(picture, Channels::kColour, all, image_from_chart);
   expose(chart.colour, gain);
   cv::cvtColor(chart.colour, chart.grey, cv::COLOR_BGR2GRAY);
   cv::buildOpticalFlowPyramid(chart.grey, chart.pyramid, kFlowWindow, kFlowLevels);
@@ -102,8 +114,7 @@ std::vector<cv::Mat> core_of(const FaceChart& chart) {
 std::vector<cv::Mat> draft_of_core(const Picture& picture,
                                    const Similarity& image_from_chart,
                                    Exposure& exposure) {
-  cv::Mat grey;
-  cv::cvtColor(resampled(picture, image_from_chart, kCoreBox), grey, cv::COLOR_BGR2GRAY);
+  cv::Mat grey = resampled(picture, Channels::kGrey, kCoreBox, image_from_chart);
   meter(cv::mean(grey(kLevelBox - kCoreBox.tl()))[0], exposure);
   expose(grey, exposure.gain);
   std::vector<cv::Mat> core;

@@ -24,13 +24,17 @@ class Picture {
   cv::Size size() const { return size_; }
   bool empty() const { return size_.empty(); }
 
-  // A part of it (inside it), 8-bit BGR.
+  // A part of it (inside it), 8-bit BGR, and its brightness.
   cv::Mat bgr(const cv::Rect& box) const;
+  cv::Mat grey(const cv::Rect& box) const;
   cv::Mat bgr() const { return bgr({{}, size_}); }
   // The whole picture from a few of its pixels. Even size.
   cv::Mat sparse(const cv::Size& size) const;
 
  private:
+  cv::Rect stored(const cv::Rect& box) const;
+  cv::Mat turned(const cv::Mat& part) const;
+
   cv::Mat image_;
   Planes planes_;
   cv::Size size_;

@@ -35,7 +35,7 @@ Flow follow_points(const std::vector<cv::Mat>& first,
   std::vector<cv::Point2f> there = to_float(guess);
   std::vector<cv::Point2f> back = start;
   std::vector<unsigned char> found_there, found_back;
-  const cv::TermCriteria stop(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 10, 0.02);
+  const cv::TermCriteria stop(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 10, 0.03);
   cv::calcOpticalFlowPyrLK(first,
                            second,
                            start,

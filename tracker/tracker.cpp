@@ -184,11 +184,11 @@ std::vector<Point2> shifted(std::vector<Point2> nodes, const Point2& offset) {
   return nodes;
 }
 
-// The eyes as found in the picture and in its mirror image: the cascades were not made of mirrored
-// faces and are off to one side.
+// The eyes as found in the picture, or, where not both are seen there, in its mirror image as well:
+// the cascades were not made of mirrored faces and may see more that way.
 std::optional<FaceEyes> find_evenly(FaceFinder& finder, const cv::Mat& picture) {
   const std::optional<FaceEyes> plain = finder.find(picture);
-  if (picture.empty() || (plain && plain->landmarks)) return plain;
+  if (picture.empty() || (plain && (plain->landmarks || plain->both_seen))) return plain;
   cv::Mat turned_over;
   cv::flip(picture, turned_over, 1);
   std::optional<FaceEyes> mirrored = finder.find(turned_over);
