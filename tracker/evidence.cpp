@@ -95,11 +95,11 @@ Point2 downward_normal(const std::vector<Point2>& nodes, size_t i) {
 }  // namespace
 
 double Evidence::lip_column(double x, double top, double bottom) const {
-  if (!(bottom > top) || lip_sums.empty()) return 0.0;
-  const int column = std::clamp(static_cast<int>(std::lround(x)), 0, lip_sums.cols - 1);
+  const int column = static_cast<int>(std::lround(x)) - kLowerFace.x;
+  if (!(bottom > top) || column < 0 || column >= lip_sums.cols) return 0.0;
   // Pixel r covers [r - 1/2, r + 1/2]: its upper border is row r of the sums.
   const auto above = [&](double y) {
-    const double row = std::clamp(y + 0.5, 0.0, lip_sums.rows - 1.001);
+    const double row = std::clamp(y - kLowerFace.y + 0.5, 0.0, lip_sums.rows - 1.001);
     const int r = static_cast<int>(row);
     const double u = row - r;
     return (1.0 - u) * static_cast<double>(lip_sums.at<float>(r, column)) +
@@ -120,7 +120,7 @@ Evidence make_evidence(const FaceChart& chart, const LipMap& lips, const Evidenc
     add_dark_lines(chart.grey(kLowerFace), options.mouth_line_px - kLowerFace.y, mouth);
     const double first_row = options.nose_base_px + 0.02 * kChartEyeDistance - kLowerFace.y;
     fill(mouth, static_cast<int>(first_row));
-    evidence.lip_sums = column_sums(map);
+    evidence.lip_sums = column_sums(mouth);
   }
   evidence.lips = PotentialField(map, kLowerFace, {options.lips_sigma_px, 0.95, 0.15});
   return evidence;

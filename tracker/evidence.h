@@ -51,7 +51,8 @@ struct Evidence {
   PotentialField chin;  // brightness, large scale, about the chin
   PotentialField hair;  // the same about the hairline
   PotentialField lips;  // the lip map
-  cv::Mat lip_sums;     // the filled lip map (of one) summed down each column, row r: above r
+  // The filled lip map (of one) of the lower face summed down each column, row r: above r.
+  cv::Mat lip_sums;
 
   // Integral of the lip map down a column between two heights, chart px.
   double lip_column(double x, double top, double bottom) const;

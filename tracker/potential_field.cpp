@@ -68,35 +68,31 @@ void differentiate(const cv::Mat& smooth, cv::Mat& dx, cv::Mat& dy, cv::Mat& mag
 PotentialField::PotentialField(const cv::Mat& image,
                                const cv::Rect& region,
                                const PotentialOptions& options) {
-  region_ = region & cv::Rect(0, 0, image.cols, image.rows);
-  const cv::Size size = region_.size() / options.shrink;
-  if (size.width < 4 || size.height < 4) {
-    region_ = cv::Rect();
-    return;
-  }
-  region_ = cv::Rect(region_.tl(), size * options.shrink);
-  shrink_ = options.shrink;
-  cv::Mat part = image(region_), source, smooth;
-  if (options.shrink > 1) cv::resize(image(region_), part, size, 0, 0, cv::INTER_AREA);
+  const cv::Rect wanted = region & cv::Rect(0, 0, image.cols, image.rows);
+  const cv::Size size = wanted.size() / options.shrink;
+  if (size.width < 4 || size.height < 4) return;
+  const cv::Rect whole(wanted.tl(), size * options.shrink);
+  scale_ = 1.0 / options.shrink;
+  offset_ = scale_ * Point2(0.5 - whole.x, 0.5 - whole.y) - Point2(0.5, 0.5);
+  end_ = Point2(size.width - 2.5, size.height - 2.5);
+  cv::Mat part = image(whole), source, smooth;
+  if (options.shrink > 1) cv::resize(image(whole), part, size, 0, 0, cv::INTER_AREA);
   part.convertTo(source, CV_32F);
-  const double sigma_px = options.sigma_px / shrink_;
+  const double sigma_px = scale_ * options.sigma_px;
   const int kernel = 2 * static_cast<int>(std::ceil(3.0 * sigma_px)) + 1;
   cv::GaussianBlur(
       source, smooth, cv::Size(kernel, kernel), sigma_px, sigma_px, cv::BORDER_REPLICATE);
   differentiate(smooth, gradient_x_, gradient_y_, magnitude_);
   // Applied where a value is read: far fewer places than pixels.
-  unit_ = 1.0 / std::max(shrink_ * options.floor, percentile_of(magnitude_, options.percentile));
+  unit_ =
+      1.0 / std::max(options.shrink * options.floor, percentile_of(magnitude_, options.percentile));
 }
 
-Point2 PotentialField::place_of(const Point2& x) const {
-  if (shrink_ == 1.0) return {x.x() - region_.x, x.y() - region_.y};
-  return {(x.x() - region_.x + 0.5) / shrink_ - 0.5, (x.y() - region_.y + 0.5) / shrink_ - 0.5};
-}
+Point2 PotentialField::place_of(const Point2& x) const { return scale_ * x + offset_; }
 
 bool PotentialField::holds(const Point2& place) const {
   // Comparisons written so that a NaN is outside.
-  return place.x() >= 1.0 && place.y() >= 1.0 && place.x() < magnitude_.cols - 2.5 &&
-         place.y() < magnitude_.rows - 2.5;
+  return place.x() >= 1.0 && place.y() >= 1.0 && place.x() < end_.x() && place.y() < end_.y();
 }
 
 bool PotentialField::contains(const Point2& x) const { return holds(place_of(x)); }
@@ -130,7 +126,7 @@ double PotentialField::potential(const Point2& x) const {
 Point2 PotentialField::gradient(const Point2& x) const {
   const Point2 place = place_of(x);
   if (!holds(place)) return Point2::Zero();
-  return -unit_ / shrink_ * bilinear_slope(magnitude_, place.x(), place.y());
+  return -unit_ * scale_ * bilinear_slope(magnitude_, place.x(), place.y());
 }
 
 double PotentialField::potential(const Point2& x, const Point2& normal) const {
@@ -140,7 +136,7 @@ double PotentialField::potential(const Point2& x, const Point2& normal) const {
 Point2 PotentialField::gradient(const Point2& x, const Point2& normal) const {
   const Point2 place = place_of(x);
   if (!holds(place) || normal.dot(gradient_at(place)) <= 0.0) return Point2::Zero();
-  return -unit_ / shrink_ *
+  return -unit_ * scale_ *
          (normal.x() * bilinear_slope(gradient_x_, place.x(), place.y()) +
           normal.y() * bilinear_slope(gradient_y_, place.x(), place.y()));
 }

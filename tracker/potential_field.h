@@ -46,9 +46,10 @@ class PotentialField {
   bool holds(const Point2& place) const;
   Point2 gradient_at(const Point2& place) const;
 
-  cv::Rect region_;
-  double shrink_ = 1.0;
-  cv::Mat gradient_x_;  // float, grey levels per px of the shrunk region
+  double scale_ = 1.0;              // of the shrunk region
+  Point2 offset_ = Point2::Zero();  // place = scale x + offset
+  Point2 end_ = Point2::Zero();     // places are before it
+  cv::Mat gradient_x_;              // float, grey levels per px of the shrunk region
   cv::Mat gradient_y_;
   cv::Mat magnitude_;
   double unit_ = 1.0;  // from that to the normalised gradient
