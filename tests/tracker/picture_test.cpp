@@ -48,7 +48,8 @@ TEST(Picture, APartIsAPartOfTheWhole) {
                                   cv::Rect(0, 0, 1, 1),
                                   cv::Rect(33, 1, 7, 29)}) {
         EXPECT_EQ(furthest(picture.bgr(box), whole(box)), 0) << box;
-        if (!frame.image.empty()) EXPECT_EQ(furthest(picture.grey(box), brightness(box)), 0) << box;
+        if (frame.image.empty()) continue;
+        EXPECT_EQ(furthest(picture.grey(box), brightness(box)), 0) << box;
       }
     }
   }
