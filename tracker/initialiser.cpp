@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tracker/mouth_start.h"
+
 namespace zygoma {
 namespace {
 
@@ -147,16 +149,15 @@ PlacedFace place_contours(const FaceChart& chart) {
   LipMap& lips = face.lips;
   Mouth& mouth = face.mouth;
   out = template_contours();
-  Evidence evidence = make_evidence(chart, lips);
-  for (int round = 0; round < 3; ++round) {
-    mouth = find_mouth(evidence, lips.learned());
-    out[kUpperLip] = lip_nodes(mouth, true);
-    out[kLowerLip] = lip_nodes(mouth, false);
-    if (round == 2 || !lips.learn(chart.colour, out[kUpperLip], out[kLowerLip])) break;
-    EvidenceOptions places;
-    places.mouth_line_px = out[kUpperLip].front().y();
-    evidence = make_evidence(chart, lips, places);
-  }
+  const MouthStart start = start_mouth(chart);
+  mouth = start.mouth;
+  face.rest = start.rest;
+  lips = start.lips;
+  out[kUpperLip] = lip_nodes(mouth, true);
+  out[kLowerLip] = lip_nodes(mouth, false);
+  EvidenceOptions places;
+  places.mouth_line_px = out[kUpperLip].front().y();
+  const Evidence evidence = make_evidence(chart, lips, places);
   place_brow(evidence, kBrowLeft, out);
   place_brow(evidence, kBrowRight, out);
   face.left_lid = find_lid(evidence, true);
@@ -175,7 +176,9 @@ PlacedFace place_contours(const FaceChart& chart) {
     return evidence_under(evidence, kNoseTip, nose(p));
   };
   out[kNoseTip] = nose(search(model));
-  model.usual = {mouth_y + 0.71, 0.0};
+  // An open jaw carries the chin down with the lower lip.
+  const double opening = mouth.p[Mouth::kLower] - start.rest.p[Mouth::kLower];
+  model.usual = {mouth_y + 0.71 + 0.7 * opening, 0.0};
   model.spread = {0.05, 0.05};
   model.reach = {0.16, 0.06};
   model.evidence = [&evidence](const std::vector<double>& p) {
