@@ -8,7 +8,9 @@
 namespace zygoma {
 namespace {
 
-// Brow: p = {height of the middle, tilt, arch}. side = +1 left, -1 right.
+constexpr double kLowerEdge = 0.6;  // of a brow, against the upper
+
+// Brow: p = {height of the middle, tilt, arch, thickness}. side = +1 left, -1 right.
 std::vector<Point2> brow(double side, const std::vector<double>& p) {
   std::vector<Point2> nodes;
   for (int i = 0; i < 9; ++i) {
@@ -88,12 +90,17 @@ std::vector<Point2> settle(std::vector<Point2> nodes,
 void place_brow(const Evidence& evidence, FeatureIndex feature, ContourNodes& out) {
   const double side = feature == kBrowLeft ? 1.0 : -1.0;
   ShapeFamily model;
-  model.usual = {-0.42, 0.0, 0.06};
-  model.spread = {0.07, 0.06, 0.04};
-  model.reach = {0.2, 0.12, 0.08};
+  model.usual = {-0.42, 0.0, 0.06, 0.1};
+  model.spread = {0.07, 0.06, 0.04, 0.025};
+  model.reach = {0.22, 0.12, 0.08, 0.05};
   model.prior_weight = 0.1;
+  // The lashes of an open eye have such an upper edge too, but under them is the eye, not skin.
   model.evidence = [&evidence, feature, side](const std::vector<double>& p) {
-    return evidence_under(evidence, feature, brow(side, p));
+    const std::vector<Point2> upper = brow(side, p);
+    std::vector<Point2> lower = upper;
+    for (Point2& node : lower) node.y() += p[3] * kChartEyeDistance;
+    return evidence_under(evidence, feature, upper) +
+           kLowerEdge * evidence_under(evidence, kNoseTip, lower);
   };
   out[feature] = brow(side, search(model));
 }
