@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -14,6 +13,7 @@
 #include "tests/hard/record.h"
 #include "tests/hard/tracker_clips.h"
 #include "tests/src/scratch_folder.h"
+#include "tests/support/shared_folder.h"
 #include "tests/support/silent_observer.h"
 #include "tracker/face_chart.h"
 
@@ -125,10 +125,8 @@ TEST(HC69, AMirroredClipOfOddWidthSwapsTheSides) {
 }
 
 TEST(HC69, AMirroredRealClipSwapsTheSides) {
-  const char* given = std::getenv("ZYGOMA_SHARED");
-  const std::string shared = given != nullptr ? given : ZYGOMA_SOURCE_DIR "/../shared";
   for (const char* name : {"smile.mp4", "webcam_man.mp4"}) {
-    const std::string path = shared + "/video/" + name;
+    const std::string path = shared_folder() + "/video/" + name;
     if (!std::filesystem::exists(path)) {
       GTEST_SKIP() << path << " is not there; ZYGOMA_SHARED names the folder";
     }
