@@ -28,6 +28,7 @@ constexpr double kLongestExtrapolation = 1.5;
 constexpr double kLookAhead = 3.0;   // frames: half the life of a factor in a steady motion
 constexpr double kHeapShare = 0.01;  // of the elements
 constexpr double kWidestJawRad = 0.7;
+constexpr double kSameStepShare = 1e-3;  // steps that differ less share a factor
 
 // Explicit steps bring inertia with them: as an effect they take it only for its parameters.
 TissueModel without_inertia(const TissueModel& tissue) {
@@ -239,7 +240,8 @@ struct Simulator::Impl {
   }
 
   void enter_step(double step_s) {
-    if (step_s == last_step_s) return;
+    // Frames of one rate are of equal length up to rounding.
+    if (std::abs(step_s - last_step_s) <= kSameStepShare * last_step_s) return;
     last_step_s = step_s;
     solver.forget();
   }
