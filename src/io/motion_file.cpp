@@ -49,6 +49,34 @@ void write_motion_csv(const std::string& path, const std::vector<MotionRow>& row
   write_whole(path, text);
 }
 
+std::string text_of(const std::vector<std::pair<int, int>>& frames) {
+  std::string text;
+  for (const auto& [first, last] : frames) {
+    if (!text.empty()) text += ' ';
+    text += std::to_string(first);
+    if (last > first) text += "-" + std::to_string(last);
+  }
+  return text;
+}
+
+void write_effect_stories_csv(const std::string& path, const std::vector<EffectStory>& stories) {
+  std::string text =
+      "effect,in_scene,frames_on,ranges,ms_with,ms_without,largest_mm,rms_mm,could_change_mm,why\n";
+  for (const EffectStory& story : stories) {
+    text += story.effect;
+    append_cell(text, story.in_scene ? 1 : 0);
+    append_cell(text, story.num_frames);
+    text += "," + text_of(story.frames);
+    append_cell(text, story.ms_with, 3);
+    append_cell(text, story.ms_without, 3);
+    append_cell(text, story.largest_mm, 4);
+    append_cell(text, story.rms_mm, 4);
+    append_cell(text, story.could_change_mm, 4);
+    text += "," + story.why + "\n";
+  }
+  write_whole(path, text);
+}
+
 void write_effects_csv(const std::string& path, const std::vector<EffectRow>& rows) {
   std::string text =
       "effect,in_scene,ms_with,ms_without,not_converged_with,not_converged_without,"
