@@ -23,12 +23,14 @@ EffectChooser::EffectChooser(FaceEnergy& energy, double tolerance_mm)
 
 void EffectChooser::come(std::size_t part) {
   energy_.set_acts(part, true);
-  uses_[part].acts = true;
   calm_[part].calm_s = 0.0;
 }
 
 void EffectChooser::let_all_act() {
-  for (std::size_t k = 0; k < uses_.size(); ++k) come(k);
+  for (std::size_t k = 0; k < uses_.size(); ++k) {
+    come(k);
+    calm_[k] = {0.0, kCalmS, 0};  // what is of no use goes with the first frame
+  }
 }
 
 void EffectChooser::expect(const ExpectedMotion& motion) {
@@ -71,6 +73,7 @@ bool EffectChooser::accept(const std::vector<Vec3>& x,
     if (part.effect->called_for_when.empty()) continue;
     const bool by_motion = part.effect->could_change_mm != nullptr;
     Calm& calm = calm_[k];
+    uses_[k].acts = part.acts;
     if (!part.acts) {
       if (by_motion) continue;
       uses_[k].could_change_mm = force_as_motion(k, x, solver);
@@ -95,9 +98,9 @@ bool EffectChooser::accept(const std::vector<Vec3>& x,
 void EffectChooser::dismiss(FaceState& state) {
   for (std::size_t k = 0; k < uses_.size(); ++k) {
     const Effects::Part& part = energy_.effects().parts()[k];
+    if (part.effect->called_for_when.empty()) continue;
     if (!part.acts || calm_[k].calm_s < kCalmS) continue;
     energy_.set_acts(k, false);
-    uses_[k].acts = false;
     state.history.erase(part.effect->name);
   }
 }

@@ -14,9 +14,9 @@ constexpr double kForceShare = 0.1;  // by the stretch of one node alone, which 
 constexpr double kLeaveShare = 0.2;  // a column rests if it has no further to go
 constexpr double kSeenShare = 0.1;   // a control that moves no more has not moved
 constexpr double kStillS = 1.0;      // a control that has not moved for that long gives its zone up
-constexpr double kWorthShare = 0.9;  // of what moves: a region that is not smaller is not worth it
-constexpr int kQuestionEvery = 15;   // frames
-constexpr double kWidestJaw = 0.4;   // rad, of a zone
+constexpr double kWorthShare = 0.75;  // of what moves: a region that is not smaller is not worth it
+constexpr int kQuestionEvery = 15;    // frames
+constexpr double kWidestJaw = 0.4;    // rad, of a zone
 
 double number_of(const std::vector<char>& region) {
   return static_cast<double>(std::count(region.begin(), region.end(), 1));

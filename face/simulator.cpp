@@ -94,7 +94,7 @@ void SettleOptions::check() const {
           "relative_residual is " + shortest_text(relative_residual) + ", expected (0, 1]");
   require_range("max_iterations", max_iterations, 1, 1e6);
   require_range("still_mm", still_mm, 0.0, 10.0);
-  require_range("choose_mm", choose_mm, 0.0, 10.0);
+  require_range("choose_mm", choose_mm, 0.0, kMostChooseMm);
 }
 
 struct Simulator::Impl {
@@ -494,6 +494,10 @@ SettleReport Simulator::settle(const Controls& controls, FaceState& state) {
     settle_region();
     // What was left out must be able to stay where it is.
     while (impl.region.grow(impl.options.still_mm, state, impl.solver)) settle_region();
+  }
+  if (impl.choice) {
+    impl.choice->chooser.accept(state.positions_mm, 0.0, impl.solver);
+    impl.choice->chooser.dismiss(state);
   }
   state.velocities_mm_per_s.clear();
   state.history.clear();

@@ -39,6 +39,7 @@ struct SettleOptions {
   // can be told: the difference to everything is meant to stay below. 0 = nothing is left out.
   double choose_mm = 0.0;
   static constexpr double kUsualChooseMm = 0.1;
+  static constexpr double kMostChooseMm = 10.0;
   void check() const;  // throws InputError naming the value outside its range
 };
 

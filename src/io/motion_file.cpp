@@ -27,7 +27,7 @@ void write_whole(const std::string& path, const std::string& text) {
 void write_motion_csv(const std::string& path, const std::vector<MotionRow>& rows) {
   std::string text =
       "frame,timestamp,converged,iterations,factorisations,residual,inverted_elements,"
-      "mean_volume_change,moving_share,substeps,restores,largest_mm,rms_mm,ms\n";
+      "mean_volume_change,moving_share,solved,substeps,restores,largest_mm,rms_mm,ms\n";
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const MotionRow& row = rows[k];
     append_integer(text, static_cast<long long>(k));
@@ -39,6 +39,7 @@ void write_motion_csv(const std::string& path, const std::vector<MotionRow>& row
     append_cell(text, row.settle.inverted_elements);
     append_cell(text, row.settle.mean_volume_change, 6);
     append_cell(text, row.settle.moving_share, 4);
+    append_cell(text, row.settle.solved ? 1 : 0);
     append_cell(text, row.settle.substeps);
     append_cell(text, row.settle.restores);
     append_cell(text, row.largest_mm, 4);

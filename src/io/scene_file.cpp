@@ -247,9 +247,9 @@ void read_effects(const std::string& where,
       settle.choose_mm = SettleOptions::kUsualChooseMm;
       section.number("tolerance_mm", settle.choose_mm);
       section.done();
-      require(settle.choose_mm > 0.0,
+      require(settle.choose_mm > 0.0 && settle.choose_mm <= SettleOptions::kMostChooseMm,
               where + ".auto.tolerance_mm is " + shortest_text(settle.choose_mm) +
-                  ", expected above 0");
+                  ", expected above 0, at most " + shortest_text(SettleOptions::kMostChooseMm));
       continue;
     }
     const Effect& effect = known(where, name, all_effects());

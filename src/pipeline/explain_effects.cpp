@@ -103,16 +103,16 @@ Explanation explain_effects(const Scene& scene,
 }
 
 std::string explanation_table(const Explanation& all) {
-  std::string text = "effect         acts in       costs        changes at most   RMS        why\n";
+  std::string text = "effect         acts in       costs        changes at most   RMS\n";
   for (const EffectStory& story : all.stories) {
     const double share = all.num_frames > 0 ? 100.0 * story.num_frames / all.num_frames : 0.0;
-    text += format("%-14s %5.1f %%  %+8.3f ms  %8.3f mm  %10.4f mm  ",
+    text += format("%-14s %5.1f %%  %+8.3f ms  %8.3f mm  %10.4f mm\n",
                    story.effect.c_str(),
                    share,
                    story.ms_with - story.ms_without,
                    story.largest_mm,
                    story.rms_mm);
-    text += story.why + "\n";
+    text += "               " + story.why + "\n";
     if (story.num_frames > 0 && story.num_frames < all.num_solved) {
       constexpr std::size_t kMost = 12;
       std::vector<std::pair<int, int>> first = story.frames;
