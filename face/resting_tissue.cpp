@@ -155,7 +155,7 @@ void RestingTissue::follow(const std::vector<double>& controls,
   choose(std::move(region), solver);
 }
 
-bool RestingTissue::is_time_to_shrink() {
+bool RestingTissue::could_shrink() {
   if (--frames_to_question_ > 0) return false;
   frames_to_question_ = kQuestionEvery;
   const std::vector<char> region = with_margin(wanted());

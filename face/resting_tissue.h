@@ -31,13 +31,10 @@ class RestingTissue {
               bool at_rest,
               EquilibriumSolver& solver);
 
-  // After a frame. `left_mm`: how far a column may still have to go; a question that costs a solve,
-  // asked now and then.
-  template <typename LeftMm>
-  void settle(const LeftMm& left_mm, EquilibriumSolver& solver) {
-    if (!is_time_to_shrink()) return;
-    shrink(left_mm(), solver);
-  }
+  // After a frame: whether some of what moves could rest, which is asked now and then only.
+  bool could_shrink();
+  // Lets it rest if none of it has far to go; per column.
+  void shrink(const std::vector<double>& left_mm, EquilibriumSolver& solver);
 
   // All tissue moves, with controls that stand there.
   void wake_all(const std::vector<double>& controls, EquilibriumSolver& solver);
@@ -47,8 +44,6 @@ class RestingTissue {
  private:
   std::vector<char> wanted() const;
   std::vector<char> with_margin(const std::vector<char>& region) const;
-  bool is_time_to_shrink();
-  void shrink(const std::vector<double>& left_mm, EquilibriumSolver& solver);
   void choose(std::vector<char> moving, EquilibriumSolver& solver);
   void measure_drift(const EquilibriumSolver& solver);
 

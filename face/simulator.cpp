@@ -41,6 +41,7 @@ TissueModel without_inertia(const TissueModel& tissue) {
   return rest;
 }
 
+constexpr double kCreepS = 0.5;        // a face that creeps goes on at that speed for about so long
 constexpr double kSteadyShare = 0.01;  // of the tolerance: controls that move the face less stand
 constexpr double kUnseenShare =
     0.3;  // of the tolerance: a frame that would move no more is left out
@@ -353,7 +354,9 @@ struct Simulator::Impl {
     }
     c.chooser.expect(
         {step_s, moved_mm, std::abs(moved_mm - step_s * c.speed_mm_per_s), c.reach.sag_mm});
-    c.resting.follow(all_of(controls), step_s, c.stood_still, solver);
+    const bool at_rest =
+        c.stood_still && kCreepS * c.creep_mm_per_s <= kUnseenShare * c.tolerance_mm;
+    c.resting.follow(all_of(controls), step_s, at_rest, solver);
     const FaceState before = state;
     SettleReport report;
     while (!step(controls, step_s, state, report)) state = before;
@@ -390,11 +393,11 @@ struct Simulator::Impl {
       report = settle_moving(from, controls, false, state.positions_mm);
     }
     const bool complete = choice->chooser.accept(state.positions_mm, step_s, solver);
-    if (looks_back && complete) {
-      choice->resting.settle([&] { return way_to_creep(state.positions_mm); }, solver);
-    }
     if (looks_back) {
+      std::vector<double> left_mm;
+      if (complete && choice->resting.could_shrink()) left_mm = way_to_creep(state.positions_mm);
       energy.end_step(state);
+      if (!left_mm.empty()) choice->resting.shrink(left_mm, solver);
     } else {
       state.velocities_mm_per_s.resize(before.size());
       for (std::size_t k = 0; k < before.size(); ++k) {

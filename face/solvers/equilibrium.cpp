@@ -20,7 +20,7 @@ constexpr int kFactorSteps = 20;           // what a factor costs, in steps
 constexpr int kMostSteps = 20;             // on one factor within a solve
 constexpr double kFirstRatio = 0.5;        // of one step to the next, unknown yet
 constexpr double kSlowestRatio = 0.95;     // steps that do not shrink count as this
-constexpr std::size_t kKnownFactors = 6;   // of regions, before all are forgotten
+constexpr std::size_t kKnownFactors = 4;   // of regions, before all are forgotten
 constexpr int kFreshSteps = 2;             // a new factor gets at least these before it is judged
 
 double largest_force(const Eigen::Ref<const VectorXd>& gradient) {

@@ -1,5 +1,7 @@
 #include "src/io/motion_file.h"
 
+#include <algorithm>
+
 #include "src/io/atomic_file.h"
 #include "src/io/text.h"
 
@@ -73,7 +75,9 @@ void write_effect_stories_csv(const std::string& path, const std::vector<EffectS
     append_cell(text, story.largest_mm, 4);
     append_cell(text, story.rms_mm, 4);
     append_cell(text, story.could_change_mm, 4);
-    text += "," + story.why + "\n";
+    std::string why = story.why;
+    std::replace(why.begin(), why.end(), ',', ';');  // a cell has no commas
+    text += "," + why + "\n";
   }
   write_whole(path, text);
 }

@@ -42,7 +42,7 @@ struct EffectStory {
   double largest_mm = 0.0;  // between with and without, over the surface and all frames
   double rms_mm = 0.0;
   double could_change_mm = 0.0;  // largest that was expected of it in a frame
-  std::string why;               // without commas
+  std::string why;
 };
 
 void write_effect_stories_csv(const std::string& path, const std::vector<EffectStory>& stories);

@@ -433,11 +433,7 @@ TEST(Effects, WhatIsNotAskedForIsNotThere) {
 // Springs and muscles alone, and with effects that a scene has but that are away: not one
 // instruction more, not one allocation.
 TEST(Effects, WhatIsAwayExecutesNothing) {
-  FacePatchOptions options;  // as small as can be: every instruction is stepped through
-  options.half_columns = 2;
-  options.rows_below_mouth = 2;
-  options.rows_above_mouth = 3;
-  const Anatomy anatomy = make_face_patch(options);
+  const Anatomy anatomy = small_patch();  // every instruction is stepped through
   TissueModel plain;
   plain.effects = {};
   TissueModel full;

@@ -179,7 +179,7 @@ const std::vector<BadScene> kBadScenes{
     {R"("muscles": {"strength": 1})", {"muscles: 'strength' is unknown", "hold_kpa_per_mm"}},
     // effects
     {R"("effects": [])", {"effects: a list of 0", "an object"}},
-    {R"("effects": "all")", {"effects: 'all'", "\"auto\" or an object"}},
+    {R"("effects": "all")", {"effects: '\"all\"'", "\"auto\" or an object"}},
     {R"("effects": {"auto": {"tolerance_mm": 0}})", {"tolerance_mm is 0", "above 0"}},
     {R"("effects": {"auto": {"tolerance_mm": 11}})", {"tolerance_mm is 11", "at most 10"}},
     {R"("effects": {"auto": {"calm": 1}})", {"effects.auto: 'calm' is unknown", "tolerance_mm"}},

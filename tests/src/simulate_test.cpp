@@ -1,6 +1,7 @@
 // zygoma simulate: the sample scenes run, effects go on and off, and what did not work is said.
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -56,6 +57,8 @@ TEST(SimulateTest, EverySampleSceneRuns) {
     if (entry.path().extension() != ".json") continue;
     SCOPED_TRACE(entry.path().string());
     ++num_scenes;
+    const bool is_long = read_scene(entry.path().string()).motion.keys.back().time_s > 60.0;
+    if (is_long && std::getenv("ZYGOMA_LONG_TESTS") == nullptr) continue;
     const std::string out = folder / entry.path().stem().string();
     const Outcome outcome = run_program(folder, {"simulate", entry.path().string(), "-o", out});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
