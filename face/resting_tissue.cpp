@@ -7,14 +7,16 @@ namespace zygoma {
 namespace {
 
 // Of the tolerance:
-constexpr double kZoneShare = 0.6;   // what a control moves less is not in its zone
+constexpr double kZoneShare = 0.4;   // what a control moves less is not in its zone
 constexpr double kWakeShare = 0.3;   // a column that may be that far off wakes
 constexpr double kJoinShare = 0.15;  // and with it all that may be that far off
 constexpr double kForceShare = 0.1;  // by the stretch of one node alone, which is stiffer than all
 constexpr double kLeaveShare = 0.2;  // a column rests if it has no further to go
 constexpr double kSeenShare = 0.1;   // a control that moves no more has not moved
 constexpr double kStillS = 1.0;      // a control that has not moved for that long gives its zone up
-constexpr double kWorthShare = 0.75;  // of what moves: a region that is not smaller is not worth it
+constexpr double kWorthShare = 0.85;  // of what moves: a region that is not smaller is not worth it
+constexpr double kShrinkShare = 0.7;  // the same, on the move, where it may soon have to grow again
+constexpr double kGrownShare = 0.95;  // of all, to which a region may grow before all move
 constexpr int kQuestionEvery = 15;    // frames
 constexpr double kWidestJaw = 0.4;    // rad, of a zone
 
@@ -138,17 +140,22 @@ void RestingTissue::follow(const std::vector<double>& controls,
   const bool all_move = moving_share() == 1.0;
   if (all_move && !at_rest) return;
   if (!all_move) measure_drift(solver);
-  std::vector<char> region = wanted();
+  std::vector<char> region(moving_.size(), 0);
   bool enough = true;
   for (std::size_t c = 0; c < region.size(); ++c) {
     enough = enough && (moving_[c] || drift_mm_[c] < kWakeShare * tolerance_mm_);
-    region[c] = region[c] || drift_mm_[c] > kJoinShare * tolerance_mm_ || (!at_rest && moving_[c]);
+    region[c] = drift_mm_[c] > kJoinShare * tolerance_mm_;
   }
   if (!at_rest && enough) return;
-  if (number_of(region) == 0.0) return;
   region = with_margin(region);
+  const std::vector<char> zones = wanted();
+  for (std::size_t c = 0; c < region.size(); ++c) {
+    region[c] = region[c] || zones[c] || (!at_rest && moving_[c]);
+  }
+  if (number_of(region) == 0.0) return;
   if (enough && number_of(region) > kWorthShare * number_of(moving_)) return;
-  if (number_of(region) > kWorthShare * static_cast<double>(region.size())) {
+  const double most = at_rest ? kWorthShare : kGrownShare;
+  if (number_of(region) > most * static_cast<double>(region.size())) {
     if (all_move) return;
     std::fill(region.begin(), region.end(), 1);
   }
@@ -158,18 +165,18 @@ void RestingTissue::follow(const std::vector<double>& controls,
 bool RestingTissue::could_shrink() {
   if (--frames_to_question_ > 0) return false;
   frames_to_question_ = kQuestionEvery;
-  const std::vector<char> region = with_margin(wanted());
+  const std::vector<char> region = wanted();
   std::size_t smaller = 0;
   std::size_t now = 0;
   for (std::size_t c = 0; c < region.size(); ++c) {
     now += moving_[c];
     smaller += moving_[c] && region[c];
   }
-  return smaller > 0 && static_cast<double>(smaller) <= kWorthShare * static_cast<double>(now);
+  return smaller > 0 && static_cast<double>(smaller) <= kShrinkShare * static_cast<double>(now);
 }
 
 void RestingTissue::shrink(const std::vector<double>& left_mm, EquilibriumSolver& solver) {
-  std::vector<char> region = with_margin(wanted());
+  std::vector<char> region = wanted();
   for (std::size_t c = 0; c < region.size(); ++c) {
     if (region[c] || !moving_[c]) {
       region[c] = region[c] && moving_[c];
