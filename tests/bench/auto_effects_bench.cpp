@@ -1,6 +1,6 @@
 // Effects chosen by the scene against everything in every frame.
 //
-//   auto_effects_bench SCENE.json [RESULT.csv] [SURFACE_VERTICES]
+//   auto_effects_bench SCENE.json [RESULT.csv [SURFACE_VERTICES...]]
 //
 // The scene's motion (samples/two_minutes.json: rest, speech, play of the brows, smiles, a wide
 // jaw, 120 s at 30 frames/s) is played with all effects but gravity, once where they are called for
@@ -100,7 +100,7 @@ std::vector<Frame> play(const Scene& scene) {
   return frames;
 }
 
-std::string row_of(const Part& part, const std::vector<Frame>& frames) {
+std::string row_of(int surface_vertices, const Part& part, const std::vector<Frame>& frames) {
   Frame sum;
   int num = 0;
   int solved = 0;
@@ -116,7 +116,8 @@ std::string row_of(const Part& part, const std::vector<Frame>& frames) {
     sum.largest_mm = std::max(sum.largest_mm, frame.largest_mm);
   }
   if (num == 0) return {};
-  return bench::format("%s,%d,%d,%.3f,%.3f,%.2f,%.4f,%.5f,%d",
+  return bench::format("%d,%s,%d,%d,%.3f,%.3f,%.2f,%.4f,%.5f,%d",
+                       surface_vertices,
                        part.name,
                        num,
                        solved,
@@ -134,23 +135,26 @@ std::string row_of(const Part& part, const std::vector<Frame>& frames) {
 int main(int argc, char** argv) {
   using namespace zygoma;
   if (argc < 2) {
-    std::fprintf(stderr, "auto_effects_bench SCENE.json [RESULT.csv] [SURFACE_VERTICES]\n");
+    std::fprintf(stderr, "auto_effects_bench SCENE.json [RESULT.csv [SURFACE_VERTICES...]]\n");
     return 2;
   }
   Scene scene = read_scene(argv[1]);
   scene.head.skin_levels = 0;
-  if (argc > 3) scene.head.num_surface_vertices = std::atoi(argv[3]);
-  bench::Table table(argc > 2 ? argv[2] : "",
-                     bench::format("auto_effects_bench %s, %d surface vertices, tolerance %g mm",
-                                   argv[1],
-                                   scene.head.num_surface_vertices,
-                                   scene.settle.choose_mm),
-                     "part,frames,frames_solved,ms_chosen,ms_everything,times_faster,largest_mm,"
-                     "rms_mm,frames_not_converged");
-  const std::vector<Frame> frames = play(scene);
-  for (const Part& part : kParts) {
-    const std::string row = row_of(part, frames);
-    if (!row.empty()) table.line(row);
+  std::vector<int> sizes;
+  for (int k = 3; k < argc; ++k) sizes.push_back(std::atoi(argv[k]));
+  if (sizes.empty()) sizes.push_back(scene.head.num_surface_vertices);
+  bench::Table table(
+      argc > 2 ? argv[2] : "",
+      bench::format("auto_effects_bench; %s, tolerance %g mm", argv[1], scene.settle.choose_mm),
+      "surface_vertices,part,frames,frames_solved,ms_chosen,ms_everything,times_faster,largest_mm,"
+      "rms_mm,frames_not_converged");
+  for (const int size : sizes) {
+    scene.head.num_surface_vertices = size;
+    const std::vector<Frame> frames = play(scene);
+    for (const Part& part : kParts) {
+      const std::string row = row_of(size, part, frames);
+      if (!row.empty()) table.line(row);
+    }
   }
   return 0;
 }

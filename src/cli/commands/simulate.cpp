@@ -54,10 +54,9 @@ class SimulateCommand : public Command {
     options.positional("SCENE", scene_path_, "a scene file (JSON, docs/formats.md)");
     options.text("-o,--output", folder_, "FOLDER", "where the results go; made if missing");
     effects_.declare_choice(options);
-    options.flag(
-        "--simulate-all",
-        simulate_all_,
-        "every effect in every frame and all tissue, also where it hardly moves");
+    options.flag("--simulate-all",
+                 simulate_all_,
+                 "every effect in every frame and all tissue, also where it hardly moves");
     options.flag("--compare",
                  compare_,
                  "run once more for each effect, with it or without, and say what it costs and "
