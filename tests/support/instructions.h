@@ -2,11 +2,11 @@
 // does the work and is stepped through it one by one.
 #pragma once
 
-#include <signal.h>
 #include <sys/ptrace.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <functional>
 #include <optional>
 
