@@ -43,8 +43,7 @@ TissueModel without_inertia(const TissueModel& tissue) {
 
 constexpr double kCreepS = 0.5;        // a face that creeps goes on at that speed for about so long
 constexpr double kSteadyShare = 0.01;  // of the tolerance: controls that move the face less stand
-constexpr double kUnseenShare =
-    0.3;  // of the tolerance: a frame that would move no more is left out
+constexpr double kUnseenShare = 0.5;   // of the tolerance: a frame that moves no more is left out
 
 // Contractions, and the jaw last.
 std::vector<double> all_of(const Controls& controls) {
@@ -398,11 +397,11 @@ struct Simulator::Impl {
       if (complete && choice->resting.could_shrink()) left_mm = way_to_creep(state.positions_mm);
       energy.end_step(state);
       if (!left_mm.empty()) choice->resting.shrink(left_mm, solver);
-    } else {
-      state.velocities_mm_per_s.resize(before.size());
-      for (std::size_t k = 0; k < before.size(); ++k) {
-        state.velocities_mm_per_s[k] = (state.positions_mm[k] - before[k]) / step_s;
-      }
+    }
+    // Of the last step also where inertia is away: it may come with the next.
+    state.velocities_mm_per_s.resize(before.size());
+    for (std::size_t k = 0; k < before.size(); ++k) {
+      state.velocities_mm_per_s[k] = (state.positions_mm[k] - before[k]) / step_s;
     }
     return complete;
   }

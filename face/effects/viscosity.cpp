@@ -14,44 +14,39 @@
 // which is the force of the potential k b / 2 (e - e*)^2 with e* = e_n - a q_n / b: exact
 // derivatives, stable for every h, second order in h. q is what FaceState remembers, so that an
 // empty memory stands for a face that has been at rest for long.
+#include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "face/effect.h"
+#include "face/solvers/lattice_kernels.h"
 #include "src/base/check.h"
 
 namespace zygoma {
 namespace {
 
 constexpr const char* kName = "viscosity";
+// L0 + e* is longer than the shorter of spring and dashpot, in any history that springs can have.
+constexpr double kShortestMm = 1e-6;
 
 class Viscosity final : public EnergyTerm, public MemoryTerm {
  public:
   Viscosity(const EffectValues& values, const Lattice& lattice)
       : lattice_(lattice), ratio_(values["ratio"]), relaxation_s_(values["relaxation_s"]) {
-    target_.resize(lattice.springs.size());
+    for (const Spring& spring : lattice.springs) free_mm_.push_back(spring.rest_mm);
     restrict_to(std::vector<char>(lattice.rest_mm.size(), 1));
   }
 
   double add_gradient(const std::vector<Vec3>& x, Eigen::VectorXd& gradient) const override {
     if (follow_ == 0.0) return 0.0;
-    double energy = 0.0;
-    for (const int k : moving_) {
-      const Spring& spring = lattice_.springs[k];
-      const Vec3 r = x[spring.j] - x[spring.i];
-      const double l = std::sqrt(r.squaredNorm() + spring.softening_mm2);
-      const double stiffness = branch_stiffness(spring);
-      const double off = l - spring.rest_mm - target_[k];
-      energy += 0.5 * stiffness * off * off;
-      const Vec3 g = (stiffness * off / l) * r;
-      gradient.segment<3>(3 * spring.i) -= g;
-      gradient.segment<3>(3 * spring.j) += g;
-    }
+    reset_nodes(x, nodes_);
+    const double energy = branches_.energy_and_gradient(nodes_.data());
+    add_gradients(nodes_, gradient);
     return energy;
   }
 
   void add_hessian(const std::vector<Vec3>& x, HessianSink& sink) const override {
-    for (std::size_t k = 0; k < target_.size(); ++k) {
+    for (std::size_t k = 0; k < free_mm_.size(); ++k) {
       const Spring& spring = lattice_.springs[k];
       if (!sink.looks_at(spring.i, spring.j)) {
         sink.skip(3);
@@ -61,7 +56,7 @@ class Viscosity final : public EnergyTerm, public MemoryTerm {
       const double l2 = r.squaredNorm() + spring.softening_mm2;
       const double l = std::sqrt(l2);
       const double stiffness = branch_stiffness(spring);
-      const double across = stiffness * (l - spring.rest_mm - target_[k]) / l;
+      const double across = stiffness * (l - free_mm_[k]) / l;
       Eigen::Matrix3d piece = ((stiffness - across) / l2) * r * r.transpose();
       piece.diagonal().array() += across;
       sink.add(spring.i, spring.i, piece);
@@ -72,45 +67,63 @@ class Viscosity final : public EnergyTerm, public MemoryTerm {
 
   void restrict_to(const std::vector<char>& moving) override {
     moving_.clear();
+    std::vector<Spring> branches;
     for (std::size_t k = 0; k < lattice_.springs.size(); ++k) {
-      const Spring& spring = lattice_.springs[k];
-      if (moving[spring.i] || moving[spring.j]) moving_.push_back(static_cast<int>(k));
+      Spring spring = lattice_.springs[k];
+      if (!moving[spring.i] && !moving[spring.j]) continue;
+      moving_.push_back(static_cast<int>(k));
+      spring.law.stiffening = spring.law.slackening = 0.0;
+      branches.push_back(spring);
     }
+    branches_ = SpringSet<double>(branches, lattice_.rest_mm);
+    if (follow_ != 0.0) set_branches();
   }
 
   void begin_step(const FaceState& state, double step_s) override {
     const auto found = state.history.find(kName);
     const bool remembers = found != state.history.end() && !found->second.empty();
-    require(!remembers || found->second.size() == target_.size(),
+    require(!remembers || found->second.size() == free_mm_.size(),
             "viscosity: the state remembers " +
                 std::to_string(remembers ? found->second.size() : 0) + " springs, expected " +
-                std::to_string(target_.size()));
+                std::to_string(free_mm_.size()));
     const double kept = std::exp(-step_s / relaxation_s_);
     kept_ = kept;
     follow_ = -std::expm1(-step_s / relaxation_s_) * relaxation_s_ / step_s;
-    for (const int k : moving_) {
+    find_lengths(state.positions_mm);
+    for (std::size_t n = 0; n < moving_.size(); ++n) {
+      const int k = moving_[n];
       const double q = remembers ? found->second[k] : 0.0;
-      target_[k] = elongation(lattice_.springs[k], state.positions_mm) - kept * q / follow_;
+      free_mm_[k] = std::max(length_mm(n) - kept * q / follow_, kShortestMm);
     }
+    set_branches();
   }
 
   void end_step(FaceState& state) override {
     std::vector<double>& q = state.history[kName];
-    q.resize(target_.size(), 0.0);
+    q.resize(free_mm_.size(), 0.0);
     // Springs that are left out keep their length.
     if (moving_.size() < q.size()) {
       for (double& left : q) left *= kept_;
     }
-    for (const int k : moving_) {
-      q[k] = follow_ * (elongation(lattice_.springs[k], state.positions_mm) - target_[k]);
+    find_lengths(state.positions_mm);
+    for (std::size_t n = 0; n < moving_.size(); ++n) {
+      q[moving_[n]] = follow_ * (length_mm(n) - free_mm_[moving_[n]]);
     }
     follow_ = 0.0;
   }
 
  private:
-  static double elongation(const Spring& spring, const std::vector<Vec3>& x) {
-    return std::sqrt((x[spring.j] - x[spring.i]).squaredNorm() + spring.softening_mm2) -
-           spring.rest_mm;
+  // Of the springs that move, by place in moving_.
+  void find_lengths(const std::vector<Vec3>& x) {
+    reset_nodes(x, nodes_);
+    branches_.find_lengths(nodes_.data(), lengths_mm_);
+  }
+  double length_mm(std::size_t n) const { return lengths_mm_[branches_.lane_of(n)]; }
+  void set_branches() {
+    for (std::size_t n = 0; n < moving_.size(); ++n) {
+      const int k = moving_[n];
+      branches_.set_spring(n, branch_stiffness(lattice_.springs[k]), free_mm_[k]);
+    }
   }
   double branch_stiffness(const Spring& spring) const {
     return follow_ * ratio_ * spring.law.alpha;
@@ -119,11 +132,14 @@ class Viscosity final : public EnergyTerm, public MemoryTerm {
   const Lattice& lattice_;
   double ratio_;
   double relaxation_s_;
-  std::vector<int> moving_;  // springs with an end that moves
+  std::vector<int> moving_;                         // springs with an end that moves
+  SpringSet<double> branches_;                      // of these
+  mutable std::vector<LatticeNode<double>> nodes_;  // workspace
+  SimdVector<double> lengths_mm_;                   // likewise
   // Of the step that lasts:
-  double kept_ = 1.0;           // a
-  double follow_ = 0.0;         // b; 0 between steps
-  std::vector<double> target_;  // e*, per spring
+  double kept_ = 1.0;            // a
+  double follow_ = 0.0;          // b; 0 between steps
+  std::vector<double> free_mm_;  // L0 + e*, per spring
 };
 
 }  // namespace

@@ -93,16 +93,15 @@ SpringSet<Real>::SpringSet(const std::vector<Spring>& springs,
                            const LatticeKernels& kernels)
     : kernels_(&kernels),
       lanes_(std::is_same_v<Real, float> ? kernels.spring_lanes_float : kernels.spring_lanes) {
-  const std::vector<Slot> slots = find_slots(springs, x.size());
-  fill_shapes(springs, slots);
-  fill_numbers(springs, slots, x);
+  find_slots(springs, x.size());
+  fill_shapes(springs);
+  fill_numbers(springs, x);
 }
 
 // Every spring is given to the end that owns fewer so far. Nodes that own the same number make
 // groups, so that few lanes stay empty.
 template <typename Real>
-std::vector<typename SpringSet<Real>::Slot> SpringSet<Real>::find_slots(
-    const std::vector<Spring>& springs, std::size_t num_nodes) {
+void SpringSet<Real>::find_slots(const std::vector<Spring>& springs, std::size_t num_nodes) {
   std::vector<int> owned(num_nodes, 0);
   std::vector<int> nth(springs.size());  // among the springs of its owner
   std::vector<char> owned_by_j(springs.size());
@@ -134,19 +133,17 @@ std::vector<typename SpringSet<Real>::Slot> SpringSet<Real>::find_slots(
       std::copy_n(&owner_[group * lanes_], lanes_, &neighbor_[row * lanes_]);
     }
   }
-  std::vector<Slot> slots(springs.size());
+  slots_.resize(springs.size());
   for (std::size_t k = 0; k < springs.size(); ++k) {
     const auto [i, j] = std::pair(springs[k].i, springs[k].j);
     const int at = place[owned_by_j[k] ? j : i];
-    slots[k] = {static_cast<std::size_t>(group_begin_[at / lanes_] + nth[k]), at % lanes_};
-    neighbor_[slots[k].row * lanes_ + slots[k].lane] = 8 * (owned_by_j[k] ? i : j);
+    slots_[k] = {static_cast<std::size_t>(group_begin_[at / lanes_] + nth[k]), at % lanes_};
+    neighbor_[lane_of(k)] = 8 * (owned_by_j[k] ? i : j);
   }
-  return slots;
 }
 
 template <typename Real>
-void SpringSet<Real>::fill_shapes(const std::vector<Spring>& springs,
-                                  const std::vector<Slot>& slots) {
+void SpringSet<Real>::fill_shapes(const std::vector<Spring>& springs) {
   const auto stiffens = std::find_if(
       springs.begin(), springs.end(), [](const Spring& s) { return s.law.stiffening > 0.0; });
   const Shape common = stiffens != springs.end() ? shape_of<Real>(*stiffens)
@@ -169,22 +166,27 @@ void SpringSet<Real>::fill_shapes(const std::vector<Spring>& springs,
   }
   if (all_agree) return;
   for (std::size_t k = 0; k < springs.size(); ++k) {
-    put(shape_of<Real>(springs[k]), slots[k].row, slots[k].lane);
+    put(shape_of<Real>(springs[k]), slots_[k].row, slots_[k].lane);
   }
 }
 
 template <typename Real>
-void SpringSet<Real>::fill_numbers(const std::vector<Spring>& springs,
-                                   const std::vector<Slot>& slots,
-                                   const std::vector<Vec3>& x) {
+void SpringSet<Real>::find_lengths(const LatticeNode<Real>* nodes,
+                                   SimdVector<Real>& by_lane) const {
+  by_lane.resize(num_rows() * lanes_);
+  if constexpr (std::is_same_v<Real, float>) {
+    kernels_->lengths_float(rows(), &nodes->x, by_lane.data());
+  } else {
+    kernels_->lengths(rows(), &nodes->x, by_lane.data());
+  }
+}
+
+template <typename Real>
+void SpringSet<Real>::fill_numbers(const std::vector<Spring>& springs, const std::vector<Vec3>& x) {
   std::vector<LatticeNode<Real>> nodes;
   reset_nodes(x, nodes);
-  SimdVector<Real> length(num_rows() * lanes_);
-  if constexpr (std::is_same_v<Real, float>) {
-    kernels_->lengths_float(rows(), &nodes.data()->x, length.data());
-  } else {
-    kernels_->lengths(rows(), &nodes.data()->x, length.data());
-  }
+  SimdVector<Real> length;
+  find_lengths(nodes.data(), length);
   const int step = kSpringNumbers * lanes_;
   numbers_.assign(num_rows() * step, Real(0));
   for (std::size_t row = 0; row < num_rows(); ++row) {
@@ -193,18 +195,22 @@ void SpringSet<Real>::fill_numbers(const std::vector<Spring>& springs,
   for (std::size_t k = 0; k < springs.size(); ++k) {
     const Spring& spring = springs[k];
     assert(spring.rest_mm > 0.0);
-    const auto [row, lane] = slots[k];
     // The spring's own rest length, but as the kernel would have computed it.
     const double known =
         std::sqrt((x[spring.j] - x[spring.i]).squaredNorm() + spring.softening_mm2);
-    const double rest = spring.rest_mm + (length[row * lanes_ + lane] - known);
-    Real* number = &numbers_[row * step + lane];
-    number[kRest * lanes_] = static_cast<Real>(rest);
-    number[kInverseRest * lanes_] = static_cast<Real>(1.0 / rest);
-    number[kAlpha * lanes_] = static_cast<Real>(spring.law.alpha * rest);
-    number[kStiffening * lanes_] =
+    set_spring(k, spring.law.alpha, spring.rest_mm + (length[lane_of(k)] - known));
+    numbers_[slots_[k].row * step + kStiffening * lanes_ + slots_[k].lane] =
         static_cast<Real>(2.0 * spring.law.stiffening * spring.law.band_mm);
   }
+}
+
+template <typename Real>
+void SpringSet<Real>::set_spring(std::size_t spring, double alpha, double rest_mm) {
+  const auto [row, lane] = slots_[spring];
+  Real* number = &numbers_[row * kSpringNumbers * lanes_ + lane];
+  number[kRest * lanes_] = static_cast<Real>(rest_mm);
+  number[kInverseRest * lanes_] = static_cast<Real>(1.0 / rest_mm);
+  number[kAlpha * lanes_] = static_cast<Real>(alpha * rest_mm);
 }
 
 template <typename Real>

@@ -85,21 +85,28 @@ class SpringSet {
   Real energy_and_gradient(LatticeNode<Real>* nodes) const;
   void add_gradient(LatticeNode<Real>* nodes) const;
 
+  // Lengths at the nodes, as the kernels see them: that of spring k is by_lane[lane_of(k)].
+  void find_lengths(const LatticeNode<Real>* nodes, SimdVector<Real>& by_lane) const;
+  std::size_t lane_of(std::size_t spring) const {
+    return slots_[spring].row * lanes_ + slots_[spring].lane;
+  }
+  // Gives a spring whose law has no bands another stiffness alpha and length at rest (> 0).
+  void set_spring(std::size_t spring, double alpha, double rest_mm);
+
  private:
   struct Slot {
     std::size_t row = 0;
     int lane = 0;
   };
-  std::vector<Slot> find_slots(const std::vector<Spring>& springs, std::size_t num_nodes);
-  void fill_shapes(const std::vector<Spring>& springs, const std::vector<Slot>& slots);
-  void fill_numbers(const std::vector<Spring>& springs,
-                    const std::vector<Slot>& slots,
-                    const std::vector<Vec3>& x);
+  void find_slots(const std::vector<Spring>& springs, std::size_t num_nodes);
+  void fill_shapes(const std::vector<Spring>& springs);
+  void fill_numbers(const std::vector<Spring>& springs, const std::vector<Vec3>& x);
   SpringRows<Real> rows() const;
   std::size_t num_rows() const { return group_begin_.back(); }
 
   const LatticeKernels* kernels_ = &lattice_kernels();
   int lanes_ = 1;
+  std::vector<Slot> slots_;  // of the springs in the order given
   std::vector<int> group_begin_{0};
   std::vector<int> owner_;
   std::vector<int> neighbor_;

@@ -246,6 +246,37 @@ TEST(EffectsByNeed, TissueRestsWhereNothingPulls) {
   EXPECT_LE(largest_distance(chosen, play(usual_effects(), controls, 0.0)), kToleranceMm);
 }
 
+// Inertia that comes back must find the speed that the tissue has by then, not that of the frame in
+// which it went.
+TEST(EffectsByNeed, SpeedIsKnownWhereInertiaIsAway) {
+  const std::vector<Controls> controls = controls_of({{0.0, ""}, {0.3, "6+12"}, {2.0, "6+12"}});
+  SettleOptions options;
+  options.choose_mm = kToleranceMm;
+  const EffectChoice light{"inertia", {{"mass_factor", 0.01}}};
+  Simulator face(head(), tissue_with({light, {"viscosity", {}}}), options);
+  FaceState state = face.rest();
+  face.settle(controls[0], state);
+  int num = 0;
+  for (std::size_t k = 1; k < controls.size(); ++k) {
+    const FaceState before = state;
+    if (!face.advance(controls[k], 1.0 / 32.0, state).solved) break;
+    bool inertia_acts = true;
+    bool viscosity_acts = false;
+    for (std::size_t e = 0; e < face.effects().size(); ++e) {
+      const std::string& name = face.effects()[e].effect->name;
+      if (name == "inertia") inertia_acts = face.effect_uses()[e].acts;
+      if (name == "viscosity") viscosity_acts = face.effect_uses()[e].acts;
+    }
+    if (inertia_acts || !viscosity_acts) continue;
+    ++num;
+    for (std::size_t v = 0; v < state.positions_mm.size(); ++v) {
+      const Vec3 moved = state.positions_mm[v] - before.positions_mm[v];
+      EXPECT_LE((state.velocities_mm_per_s[v] - 32.0 * moved).norm(), 1e-9);
+    }
+  }
+  EXPECT_GT(num, 2);
+}
+
 // A state that is not the last one is a jump: nothing of what was left out before may cling to it.
 TEST(EffectsByNeed, AnotherStateStartsWithEverything) {
   const std::vector<Controls> smile = controls_of({{0.0, ""}, {0.3, "6+12"}});

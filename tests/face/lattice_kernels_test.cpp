@@ -234,6 +234,31 @@ TEST_P(LatticeKernelsOf, ARestLengthOfItsOwnIsKept) {
                1e-13);
 }
 
+// Springs without bands change their stiffness and length as if they had been made so.
+TEST_P(LatticeKernelsOf, SpringsThatAreSetAnew) {
+  const Lattice& lattice = patch_lattice();
+  std::vector<Spring> springs = lattice.springs;
+  for (Spring& spring : springs) spring.law.stiffening = spring.law.slackening = 0.0;
+  SpringSet<double> set(springs, lattice.rest_mm, kernels());
+  for (std::size_t k = 0; k < springs.size(); ++k) {
+    springs[k].law.alpha *= 0.3;
+    springs[k].rest_mm *= 0.8 + 0.05 * static_cast<double>(k % 7);
+    set.set_spring(k, springs[k].law.alpha, springs[k].rest_mm);
+  }
+  const std::vector<Vec3> x = moved(lattice.rest_mm, 1.05, 0.4);
+  expect_close(evaluate(set, x, 0.0), scalar_springs(springs, x), 1e-12);
+  std::vector<LatticeNode<double>> nodes;
+  reset_nodes(x, nodes);
+  SimdVector<double> lengths_mm;
+  set.find_lengths(nodes.data(), lengths_mm);
+  for (std::size_t k = 0; k < springs.size(); ++k) {
+    const Spring& spring = springs[k];
+    EXPECT_NEAR(lengths_mm[set.lane_of(k)],
+                std::sqrt((x[spring.j] - x[spring.i]).squaredNorm() + spring.softening_mm2),
+                1e-12);
+  }
+}
+
 TEST_P(LatticeKernelsOf, SameBitsTwiceAndWithoutTheEnergy) {
   const Lattice& lattice = patch_lattice();
   const std::vector<Vec3> x = moved(lattice.rest_mm, 1.05, 0.4);
