@@ -5,11 +5,12 @@
 // depth of the pupils) and resampled to the schema's nodes, move with the controls u = (c_1 .. c_M,
 // jaw), all in [0, 1], by
 //
-//   d(u) = sum_i (l_i u_i + q_i u_i^2) + r j^3 + sum_(a,b) x_ab u_a u_b,       j = jaw.
+//   d(u) = sum_i (l_i u_i + q_i u_i^2 + r_i u_i^3) + sum_(a,b) x_ab u_a u_b.
 //
-// l is the exact sensitivity of the equilibrium at rest, q the saturation read from settled strong
-// contractions, r the curved path of the jaw, x_ab the pairwise correctives: how the sensitivity to
-// one control changes under another. linearised() keeps the chord to half strength alone.
+// l is the exact sensitivity of the equilibrium at rest, q and r the saturation read from settled
+// half and full contractions (and the curved path of the jaw), x_ab the pairwise correctives: how
+// the sensitivity to one control changes under another. linearised() keeps the chord to half
+// strength alone.
 #pragma once
 
 #include <Eigen/Core>
@@ -37,7 +38,7 @@ struct FaceResponse {
   // Rows 2 node + axis, one column per muscle and a last one for the jaw.
   Eigen::MatrixXd linear_mm;
   Eigen::MatrixXd quadratic_mm;
-  Eigen::VectorXd jaw_cubic_mm;
+  Eigen::MatrixXd cubic_mm;
   std::vector<std::pair<int, int>> pairs;  // of controls, the first below the second
   Eigen::MatrixXd pair_mm;                 // one column per pair
 
