@@ -57,9 +57,9 @@ FrameEstimator::FrameEstimator(const Calibration& calibration,
       options_(options),
       refiner_(calibration.response,
                calibration.performer.neutral_mm,
-               options.focal_length_px > 0.0
-                   ? 1.0 / (options.focal_length_px * calibration.performer.millimetre_per_px)
-                   : 0.0,
+               1.0 / (options.focal_length_px > 0.0
+                          ? options.focal_length_px * calibration.performer.millimetre_per_px
+                          : calibration.response.viewing_distance_mm),
                options.refinement) {
   if (options.level == FaceLevel::kLattice && lattice != nullptr) {
     loop_ = std::make_unique<LatticeLoop>(

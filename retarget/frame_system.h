@@ -33,7 +33,7 @@ struct RefineOptions {
   double tie_sigma = 0.4;            // [0.01, 1e6]; of the middle frontalis to the inner one
   double head_scale_sigma = 0.05;    // also of the roll, in rad; [1e-4, 10]
   double head_shift_sigma_mm = 5.0;  // [0.01, 1000]
-  double head_turn_sigma_rad = 0.03;  // yaw and pitch; [1e-4, 10]; large: turns explain expressions
+  double head_turn_sigma_rad = 0.06;  // yaw and pitch; [1e-4, 10]; large: turns explain expressions
   double relative_error = 0.25;       // [0, 10]; share by which one person's skin moves unlike
                                       // another's; small: large motions of skin the model does
                                       // not have pull at everything else

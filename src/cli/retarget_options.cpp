@@ -57,7 +57,7 @@ void RetargetingOptions::declare(OptionSink& options) {
   options.number("--focal-length",
                  focal_length_px_,
                  {0.0, 1e6},
-                 "of the performer's camera, pixels, for full perspective; 0: unknown");
+                 "of the performer's camera, pixels; 0: unknown, taken to be 0.9 m away");
   options.text("--profile", profile_path_, "FILE", "what is known of the performer from before");
   options.text(
       "--save-profile",
