@@ -185,13 +185,15 @@ Contractions contractions_of(const FrameEstimate& estimate, const Calibration& c
   return out;
 }
 
-void carry_sigma(std::span<FrameEstimate> estimates, double fastest_per_s, bool causal) {
+void carry_sigma(std::span<FrameEstimate> estimates,
+                 const Eigen::VectorXd& fastest_per_s,
+                 bool causal) {
   const auto lend = [&](const FrameEstimate& from, FrameEstimate& to) {
     const double step_s = std::abs(to.reading.observation.time_s - from.reading.observation.time_s);
     // A random walk: variances of the changes add up.
-    const double change = fastest_per_s * step_s;
+    const Eigen::ArrayXd change = fastest_per_s.array() * step_s;
     to.posterior.sigma = to.posterior.sigma.cwiseMin(
-        (from.posterior.sigma.cwiseAbs2().array() + change * change).sqrt().matrix());
+        (from.posterior.sigma.array().square() + change.square()).sqrt().matrix());
   };
   for (std::size_t t = 1; t < estimates.size(); ++t) lend(estimates[t - 1], estimates[t]);
   for (std::size_t t = estimates.size(); !causal && t-- > 1;) lend(estimates[t], estimates[t - 1]);

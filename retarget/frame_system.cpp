@@ -104,6 +104,15 @@ void RefineOptions::check() const {
   within("max_iterations", max_iterations, 1.0, 1000.0);
 }
 
+Eigen::VectorXd agility_of(const FaceResponse& response) {
+  constexpr double kLid = 10.0;
+  Eigen::VectorXd agility = Eigen::VectorXd::Ones(response.num_controls());
+  for (int i = 0; i < response.num_muscles(); ++i) {
+    if (moves_lid(response.muscles[static_cast<std::size_t>(i)])) agility[i] = kLid;
+  }
+  return agility;
+}
+
 FrameScene::FrameScene(const FaceResponse& face,
                        const NodeStack& neutral,
                        double inverse_distance,
@@ -115,9 +124,12 @@ FrameScene::FrameScene(const FaceResponse& face,
       antagonists(indices_of({{"occipitofrontalis_inner", "corrugator_supercilii"},
                               {"occipitofrontalis_major", "corrugator_supercilii"},
                               {"zygomaticus_major", "depressor_anguli_oris"},
-                              {"levator_labii_superioris", "depressor_labii_inferioris"}},
+                              {"levator_labii_superioris", "depressor_labii_inferioris"},
+                              {"levator_palpebrae_superioris", "orbicularis_oculi_palpebral"}},
                              face.muscles)),
       tied(indices_of({{"occipitofrontalis_major", "occipitofrontalis_inner"}}, face.muscles)),
+      agility(agility_of(face)),
+      lids_move(std::any_of(face.muscles.begin(), face.muscles.end(), moves_lid)),
       residual(2 * kNumNodes),
       jacobian(2 * kNumNodes, face.num_controls() + kNumHead) {}
 
@@ -143,8 +155,11 @@ void FrameSystem::whiten(int contour) {
           : std::sqrt(std::max(1.0, num_nodes(contour) / scene_.options.independent_nodes));
   for (int k = first_node(contour); k <= last_node(contour); ++k) {
     const bool is_end = k == first_node(contour) || k == last_node(contour);
-    // A lid moves by muscles that are not estimated; its corners are fixed to the skull.
-    if (is_eyelid(contour) && !is_end) continue;
+    // The corners of an eye are fixed to the skull; what is between them moves by its own muscles.
+    if (is_eyelid(contour) && !is_end &&
+        !(scene_.lids_move && scene_.response.has_contour[index])) {
+      continue;
+    }
     const double gone = (frame_.mm.col(k) - scene_.neutral_mm.col(k)).norm();
     const double sigma =
         std::hypot(frame_.sigma_mm[index], scene_.options.relative_error * gone) * together;
@@ -260,7 +275,8 @@ void FrameSystem::add_priors(const Eigen::VectorXd& u,
     const double ridge = 1.0 / options.ridge_sigma;
     add(ridge * (u[i] + options.rest_pull), i, ridge, i, 0.0);
     if (!std::isfinite(time_.sigma)) continue;
-    add((u[i] - time_.mean[i]) / time_.sigma, i, 1.0 / time_.sigma, i, 0.0);
+    const double hold = 1.0 / (time_.sigma * scene_.agility[i]);
+    add(hold * (u[i] - time_.mean[i]), i, hold, i, 0.0);
   }
   const std::array<double, kNumHead> sigma = head_sigmas(options);
   for (Eigen::Index i = 0; i < kNumHead; ++i) {

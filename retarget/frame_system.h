@@ -77,6 +77,10 @@ struct NormalEquations {
   double cost = 0.0;
 };
 
+// How much quicker than fastest_per_s and acceleration_per_s2 each control moves: a lid closes and
+// opens again while a brow only sets out.
+Eigen::VectorXd agility_of(const FaceResponse& response);
+
 // What all frames share, and the workspace of one evaluation.
 class FrameScene {
  public:
@@ -92,6 +96,8 @@ class FrameScene {
   const RefineOptions options;
   std::vector<std::pair<int, int>> antagonists;
   std::vector<std::pair<int, int>> tied;
+  const Eigen::VectorXd agility;
+  const bool lids_move;  // of the face; else only the corners of the eyes are used
 
   int num_controls() const { return response.num_controls(); }
   int num_unknowns() const { return num_controls() + HeadView::kNumParameters; }

@@ -15,8 +15,7 @@ using Head = HeadView::Parameters;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 constexpr int kNumHead = HeadView::kNumParameters;
-constexpr int kYaw = 4;
-constexpr int kPitch = 5;
+constexpr int kYaw = 4;  // the pitch follows
 
 // Workspace that the cost functions of a refiner share.
 struct ReducedFrame {
@@ -79,27 +78,27 @@ struct Acceleration {
   }
 };
 
-// Accelerations, over their sigma, of the entries [begin, end) of a block of `size` in three
+// Accelerations, over their sigmas, of the entries of a block of `size` from `begin` on in three
 // frames.
 class SmoothCost final : public ceres::CostFunction {
  public:
-  SmoothCost(const Acceleration& acceleration, int size, int begin, int end, double sigma)
-      : acceleration_(acceleration), size_(size), begin_(begin), sigma_(sigma) {
-    set_num_residuals(end - begin);
+  SmoothCost(const Acceleration& acceleration, int size, int begin, Eigen::VectorXd sigma)
+      : acceleration_(acceleration), size_(size), begin_(begin), sigma_(std::move(sigma)) {
+    set_num_residuals(static_cast<int>(sigma_.size()));
     mutable_parameter_block_sizes()->assign(3, size);
   }
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
     for (int i = 0; i < num_residuals(); ++i) {
       residuals[i] = 0.0;
       for (std::size_t j = 0; j < 3; ++j) {
-        residuals[i] += acceleration_.weight[j] * x[j][begin_ + i] / sigma_;
+        residuals[i] += acceleration_.weight[j] * x[j][begin_ + i] / sigma_[i];
       }
     }
     for (std::size_t j = 0; jacobians != nullptr && j < 3; ++j) {
       if (jacobians[j] == nullptr) continue;
       std::fill_n(jacobians[j], num_residuals() * size_, 0.0);
       for (int i = 0; i < num_residuals(); ++i) {
-        jacobians[j][i * size_ + begin_ + i] = acceleration_.weight[j] / sigma_;
+        jacobians[j][i * size_ + begin_ + i] = acceleration_.weight[j] / sigma_[i];
       }
     }
     return true;
@@ -109,7 +108,7 @@ class SmoothCost final : public ceres::CostFunction {
   Acceleration acceleration_;
   int size_;
   int begin_;
-  double sigma_;
+  Eigen::VectorXd sigma_;
 };
 
 using HeldControls = std::vector<std::vector<int>>;  // per frame
@@ -139,13 +138,15 @@ struct Window {
 Eigen::VectorXd Window::gradient(std::size_t t) {
   systems[t].normal_equations(controls[t], heads[t], false, workspace.equations);
   Eigen::VectorXd result = workspace.equations.gradient.head(scene.num_controls());
-  const double weight = 1.0 / scene.options.acceleration_per_s2;
+  const Eigen::ArrayXd weight =
+      (scene.options.acceleration_per_s2 * scene.agility).array().square().inverse();
   for (std::size_t j = 0; j < 3; ++j) {
     if (t < j || t - j >= accelerations.size()) continue;
     const std::size_t s = t - j;
     const auto& w = accelerations[s].weight;
-    const double square = w[j] * weight * weight;
-    result += square * (w[0] * controls[s] + w[1] * controls[s + 1] + w[2] * controls[s + 2]);
+    result.array() +=
+        w[j] * weight *
+        (w[0] * controls[s] + w[1] * controls[s + 1] + w[2] * controls[s + 2]).array();
   }
   return result;
 }
@@ -200,13 +201,13 @@ void Window::state(ceres::Problem& problem) {
   const RefineOptions& o = scene.options;
   for (std::size_t t = 0; t < accelerations.size(); ++t) {
     const Acceleration& a = accelerations[t];
-    problem.AddResidualBlock(new SmoothCost(a, n, 0, n, o.acceleration_per_s2),
+    problem.AddResidualBlock(new SmoothCost(a, n, 0, o.acceleration_per_s2 * scene.agility),
                              nullptr,
                              controls[t].data(),
                              controls[t + 1].data(),
                              controls[t + 2].data());
     problem.AddResidualBlock(
-        new SmoothCost(a, kNumHead, kYaw, kPitch + 1, o.turn_acceleration_per_s2),
+        new SmoothCost(a, kNumHead, kYaw, Eigen::Vector2d::Constant(o.turn_acceleration_per_s2)),
         nullptr,
         heads[t].data(),
         heads[t + 1].data(),

@@ -13,13 +13,20 @@ const std::vector<std::string>& observable_muscles() {
                              "occipitofrontalis_outer",
                              "corrugator_supercilii",
                              "depressor_anguli_oris",
-                             "depressor_labii_inferioris"}) {
+                             "depressor_labii_inferioris",
+                             "orbicularis_oculi_palpebral",
+                             "levator_palpebrae_superioris"}) {
       both.push_back(std::string(name) + "_L");
       both.push_back(std::string(name) + "_R");
     }
     return both;
   }();
   return names;
+}
+
+bool moves_lid(std::string_view muscle) {
+  return muscle.starts_with("orbicularis_oculi_palpebral") ||
+         muscle.starts_with("levator_palpebrae_superioris");
 }
 
 FaceResponse FaceResponse::zero(const std::vector<std::string>& muscles) {

@@ -16,6 +16,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -24,9 +25,11 @@
 namespace zygoma {
 
 // The muscles that contours can tell apart, in their order; all others stay slack when a
-// performance is read. Lids, the rings of mouth and eyes, and muscles that lie side by side with
-// one of these would only share its evidence.
+// performance is read. The rings of the mouth, the orbital ring of the eyes, and muscles that lie
+// side by side with one of these would only share its evidence. Of the lids, the palpebral part of
+// orbicularis oculi closes and the levator opens wider.
 const std::vector<std::string>& observable_muscles();
+bool moves_lid(std::string_view muscle);
 
 struct FaceResponse {
   std::vector<std::string> muscles;

@@ -129,10 +129,11 @@ void improve_in_windows(std::vector<FrameEstimate>& estimates,
 // The closed form is judged by the model like any other estimate, but claims no sigma.
 void judge_all(std::vector<FrameEstimate>& estimates,
                FrameEstimator& estimator,
+               const FaceResponse& response,
                const RetargetOptions& options) {
   for (FrameEstimate& estimate : estimates) estimator.judge(estimate);
   if (options.refine) {
-    carry_sigma(estimates, options.refinement.fastest_per_s, options.causal);
+    carry_sigma(estimates, options.refinement.fastest_per_s * agility_of(response), options.causal);
     return;
   }
   for (FrameEstimate& estimate : estimates) estimate.posterior.sigma.resize(0);
@@ -248,7 +249,7 @@ ContractionTrack retarget(const std::vector<ContourSet>& contours,
   if (options.refine && !options.causal) {
     improve_in_windows(estimates, estimator, options.refinement, stop);
   }
-  judge_all(estimates, estimator, options);
+  judge_all(estimates, estimator, calibration.response, options);
 
   const ContractionTrack track = export_track(contours, usable, estimates, calibration);
   for (std::size_t t = 0; t < estimates.size(); ++t) {

@@ -20,6 +20,9 @@ struct Retargeted {
   RetargetReport report;
   StageFigures figures;
   std::vector<std::string> remarks;  // about neutral and profile
+
+  // What an animation shows: the filtered curves where they were asked for.
+  const ContractionTrack& shown() const { return smooth ? *smooth : track; }
 };
 
 class RetargetingOptions {

@@ -38,8 +38,8 @@ class RunCommand : public Command {
     return "Writes into the folder: contours.csv (the contours in every frame, pixels), "
            "contractions.csv (muscles and jaw in every frame, 0 to 1), contractions.svg (the same "
            "as curves), retarget_report.json (frames to look at), reconstruction.mp4 (the video "
-           "with its contours, the animated face, a bar per muscle) and session.json "
-           "(options, versions, times).";
+           "with its contours, the animated face, a bar per muscle; with --smooth it shows the "
+           "filtered contractions) and session.json (options, versions, times).";
   }
   std::string example() const override { return "clip.mp4 -o result"; }
   int rank() const override { return 1; }
@@ -96,7 +96,7 @@ class RunCommand : public Command {
       append(notes, remarks(retargeted.report));
       stopped = context.stop();
       if (!stopped) {
-        const AnimationReport animation = animate_face(retargeted.track,
+        const AnimationReport animation = animate_face(retargeted.shown(),
                                                        face.simulator,
                                                        face.anatomy,
                                                        Performance{source, tracked.contours},
@@ -107,6 +107,7 @@ class RunCommand : public Command {
         stopped = animation.stopped;
         session.stages.push_back(stage_of(animation));
         append(notes, remarks(animation));
+        if (retargeted.smooth) append(notes, {"the animation shows contractions_filtered.csv"});
         append(notes, {face_.verdict(animation.settle_figures.frame_ms())});
         print_comparison(retargeted.track, tracked.contours, context.out);
       }
