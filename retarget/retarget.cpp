@@ -58,6 +58,7 @@ Neutral choose_neutral(const std::vector<ObservedFrame>& frames,
   constexpr double kClearlyNotAtRest = 0.05;  // face sizes
   constexpr int kFewestStill = 3;
   constexpr double kMoving = 2.0;
+  constexpr double kDoubted = 0.5;  // per reason
   if (options.neutral_frame >= 0) return neutral_at(frames, options.neutral_frame);
   const std::vector<Neutral> candidates = neutral_candidates(frames, kCandidates);
   std::vector<double> doubt;
@@ -65,7 +66,8 @@ Neutral choose_neutral(const std::vector<ObservedFrame>& frames,
     const Calibration calibration = calibrate(neutral, gain, face, FaceLevel::kCorrected);
     doubt.push_back(unexplained(frames, calibration, options) *
                     (1.0 + std::max(0.0, neutral.score) / kClearlyNotAtRest) *
-                    (neutral.num_frames < kFewestStill ? kMoving : 1.0));
+                    (neutral.num_frames < kFewestStill ? kMoving : 1.0) *
+                    (1.0 + kDoubted * static_cast<double>(doubts_about(neutral, face).size())));
   }
   const auto best = std::min_element(doubt.begin(), doubt.end());
   return candidates[static_cast<std::size_t>(best - doubt.begin())];
