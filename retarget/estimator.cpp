@@ -35,6 +35,12 @@ HeadPose head_pose(const FrameEstimate& estimate, const Calibration& calibration
   return pose;
 }
 
+// A camera of unknown focal length is as far away as that of the response.
+double inverse_distance_per_mm(const Calibration& calibration, const RetargetOptions& options) {
+  const double focal_mm = options.focal_length_px * calibration.performer.millimetre_per_px;
+  return 1.0 / (focal_mm > 0.0 ? focal_mm : calibration.response.viewing_distance_mm);
+}
+
 }  // namespace
 
 Calibration calibrate(const Neutral& neutral,
@@ -57,10 +63,16 @@ FrameEstimator::FrameEstimator(const Calibration& calibration,
       options_(options),
       refiner_(calibration.response,
                calibration.performer.neutral_mm,
-               1.0 / (options.focal_length_px > 0.0
-                          ? options.focal_length_px * calibration.performer.millimetre_per_px
-                          : calibration.response.viewing_distance_mm),
+               inverse_distance_per_mm(calibration, options),
                options.refinement) {
+  if (!options.causal) {
+    RefineOptions rough = options.refinement;
+    rough.tolerance = std::max(1e-2, rough.tolerance);
+    first_pass_ = std::make_unique<Refiner>(calibration.response,
+                                            calibration.performer.neutral_mm,
+                                            inverse_distance_per_mm(calibration, options),
+                                            rough);
+  }
   if (options.level == FaceLevel::kLattice && lattice != nullptr) {
     loop_ = std::make_unique<LatticeLoop>(
         *lattice, calibration.response, calibration.gain, options.lattice_loop);
@@ -102,7 +114,8 @@ RefinedFrame FrameEstimator::refine(FrameEstimate& estimate,
   FrameObservation& seen = estimate.reading.observation;
   const auto solve = [&](const RefinedFrame& from) {
     seen.correction = estimate.correction.at.size() > 0 ? &estimate.correction : nullptr;
-    const RefinedFrame solved = refiner_.refine(seen, from, time);
+    Refiner& refiner = first_pass_ == nullptr ? refiner_ : *first_pass_;
+    const RefinedFrame solved = refiner.refine(seen, from, time);
     seen.correction = nullptr;
     return solved;
   };

@@ -56,6 +56,7 @@ class FrameEstimator {
   const Calibration& calibration_;
   RetargetOptions options_;
   Refiner refiner_;
+  std::unique_ptr<Refiner> first_pass_;  // where improve() follows: quicker, rougher
   std::unique_ptr<LatticeLoop> loop_;
   bool has_last_ = false;
   double last_time_s_ = 0.0;

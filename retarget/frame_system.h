@@ -41,7 +41,7 @@ struct RefineOptions {
   double fastest_per_s = 6.0;         // change of a contraction, one sigma; [0.1, 1e9]
   double acceleration_per_s2 = 60.0;  // in windows; [1, 1e9]
   double turn_acceleration_per_s2 = 4.0;  // of yaw and pitch, rad; [0.01, 1e9]
-  int window_frames = 24;                 // solved together and kept; [1, 1000]
+  int window_frames = 40;                 // solved together and kept; [1, 1000]
   int lookahead_frames = 8;  // solved with them and solved again in the next; [0, 1000]
   double tolerance = 1e-4;   // relative change of cost or controls that ends it, [1e-15, 0.1]
   int max_iterations = 40;   // over all rounds of the active set; [1, 1000]

@@ -172,6 +172,7 @@ HeldControls Window::pushed_outwards() {
 // Tucker).
 void Window::solve() {
   constexpr int kMostRounds = 8;
+  constexpr int kPlainRounds = 3;  // usual; more tell of sets that alternate
   ceres::Problem::Options ours;
   ours.disable_all_safety_checks = true;
   ceres::Problem problem(ours);
@@ -180,7 +181,7 @@ void Window::solve() {
   bool settled = true;
   for (int round = 0; round < kMostRounds; ++round) {
     hold(problem);
-    settled = solve_free(problem, !settled);
+    settled = solve_free(problem, !settled || round >= kPlainRounds);
     HeldControls next = pushed_outwards();
     converged = settled && next == held;
     if (converged || iterations >= scene.options.max_iterations) break;

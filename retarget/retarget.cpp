@@ -40,6 +40,7 @@ double unexplained(const std::vector<ObservedFrame>& frames,
   options.refinement.max_iterations = std::min(8, options.refinement.max_iterations);
   options.level = std::min(options.level, FaceLevel::kCorrected);
   options.refine = true;
+  options.causal = true;
   FrameEstimator estimator(calibration, options, nullptr);
   const std::size_t count = std::min(kSample, frames.size());
   double sum = 0.0;
