@@ -87,6 +87,21 @@ std::vector<Point2> settle(std::vector<Point2> nodes,
   return resample(snake.nodes(), static_cast<int>(nodes.size()));
 }
 
+// How much a contour stays where the search saw it: furrows hardly show, and next to a pale border
+// of the lips is the dark line between them.
+double hold_of(FeatureIndex feature) {
+  switch (feature) {
+    case kFurrowLeft:
+    case kFurrowRight:
+      return 0.2;
+    case kUpperLip:
+    case kLowerLip:
+      return 0.1;
+    default:
+      return 0.02;
+  }
+}
+
 void place_brow(const Evidence& evidence, FeatureIndex feature, ContourNodes& out) {
   const double side = feature == kBrowLeft ? 1.0 : -1.0;
   ShapeFamily model;
@@ -210,8 +225,8 @@ PlacedFace place_contours(const FaceChart& chart) {
     options.lips_sigma_px *= blur;
     const Evidence level = make_evidence(chart, lips, options);
     for (size_t f = 0; f < kNumFeatures; ++f) {
-      const bool weak = f == kFurrowLeft || f == kFurrowRight;
-      out[f] = settle(out[f], level, static_cast<FeatureIndex>(f), weak ? 0.2 : 0.02);
+      const auto feature = static_cast<FeatureIndex>(f);
+      out[f] = settle(out[f], level, feature, hold_of(feature));
     }
     const auto join = [](Point2& a, Point2& b) { a = b = 0.5 * (a + b); };
     join(out[kUpperLip].front(), out[kLowerLip].front());

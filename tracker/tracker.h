@@ -11,6 +11,7 @@
 #include "tracker/frame.h"
 #include "tracker/head_frame.h"
 #include "tracker/lip_map.h"
+#include "tracker/mirror.h"
 #include "tracker/snake.h"
 
 namespace zygoma {
@@ -64,10 +65,12 @@ class Tracker {
   // missing are placed by the template fitted to those given. Throws InputError naming the contour
   // if a point is not finite.
   void start_from(const ContourSet& initial);
+  void start_from(const Landmarks& initial);
 
   // Where another tracker sees the contours of the next frame: they are drawn there, and the
   // picture refines. Contours that are missing or lost are not drawn anywhere.
   void set_prior(const ContourSet& prior);
+  void set_prior(const Landmarks& prior);
 
   // The contours of the next frame. Until a face is found, a set whose contours are all lost.
   ContourSet track(const Frame& frame);
@@ -82,6 +85,8 @@ class Tracker {
   const Similarity* head() const;
   // What skin and lips of this face look like.
   const LipMap& lips() const;
+  // Which way round the pictures are looked at.
+  const Mirror& mirror() const;
 
  private:
   struct Impl;
