@@ -7,7 +7,7 @@
 #include "src/base/check.h"
 #include "src/io/scene_file.h"
 #include "src/pipeline/pick_quality.h"
-#include "src/pipeline/tradeoff.h"
+#include "src/pipeline/tradeoff_tissue.h"
 
 namespace zygoma {
 namespace {
@@ -34,7 +34,7 @@ std::string remark_on(const QualityPick& pick, double budget_ms) {
 
 }  // namespace
 
-void FaceOptions::declare(OptionSink& options) {
+void FaceOptions::declare(OptionSink& options, BudgetOf what) {
   options.choice("--quality",
                  quality_,
                  {"draft", "standard", "fine", "reference"},
@@ -43,8 +43,12 @@ void FaceOptions::declare(OptionSink& options) {
       "--budget",
       budget_ms_,
       {0.0, 10000.0},
-      "processor time for a frame to settle in, ms: picks the most accurate quality that "
-      "fits on this machine");
+      what == BudgetOf::kSettling
+          ? "processor time for a frame to settle in, ms: picks the most accurate quality that "
+            "fits on this machine"
+          : "time for the whole run, ms for every frame of the clip, from start to end on the "
+            "wall: "
+            "picks the most accurate quality that fits on this machine");
   options.number("--tolerance",
                  tolerance_mm_,
                  {0.0, 10.0},
@@ -72,6 +76,11 @@ void FaceOptions::check() const {
           "--residual: set by --budget or --tolerance, expected one or the other");
 }
 
+void FaceOptions::refine(FaceQuality& quality) const {
+  if (surface_vertices_ > 0) quality.surface_vertices = surface_vertices_;
+  if (residual_ > 0.0) quality.relative_residual = residual_;
+}
+
 ChosenScene FaceOptions::scene(const std::string& path, const ContractionTrack* track) const {
   check();
   if (!path.empty()) {
@@ -90,9 +99,8 @@ ChosenScene FaceOptions::scene(const std::string& path, const ContractionTrack* 
     pick = pick_for_budget(
         budget_ms_, track == nullptr ? usual_track : *track, scene.identity, scene.tissue);
   }
+  refine(pick.quality);
   pick.quality.apply(scene.head, scene.tissue, scene.settle);
-  if (surface_vertices_ > 0) scene.head.num_surface_vertices = surface_vertices_;
-  if (residual_ > 0.0) scene.settle.relative_residual = residual_;
   scene.head.check();
   const bool usual = pick.quality.name == kUsualQuality && budget_ms_ == 0.0;
   return {scene, usual ? "" : remark_on(pick, budget_ms_)};

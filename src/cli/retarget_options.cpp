@@ -37,14 +37,15 @@ void RetargetingOptions::declare(OptionSink& options) {
       "number of a frame that shows the face at rest; -1: the profile's, else found in the clip");
   options.choice("--method",
                  method_,
-                 {"refined", "closed-form"},
+                 {"auto", "refined", "closed-form"},
                  "closed-form: the estimates of the paper alone, without the refinement against "
-                 "the face model: quick, coarse");
+                 "the face model: quick, coarse; auto: refined, but for --quality draft of run");
   options.choice("--level",
                  level_,
-                 {"linear", "corrected", "lattice"},
+                 {"auto", "linear", "corrected", "lattice"},
                  "what the refinement takes for the face: its linear response; with saturation and "
-                 "pairwise correctives; or the equilibrium of the lattice itself in every frame");
+                 "pairwise correctives; or the equilibrium of the lattice itself in every frame; "
+                 "auto: corrected, or as --quality of run says");
   options.flag("--live",
                live_,
                "estimate as a live performance has to: no frame knows those after it; the filter "
@@ -72,16 +73,33 @@ void RetargetingOptions::prepare() {
   if (!profile_path_.empty()) profile_ = read_profile(profile_path_);
 }
 
+void RetargetingOptions::leave_quality_to(const std::string& who) const {
+  for (const auto& [name, value] : {std::pair("--method", method_), std::pair("--level", level_)}) {
+    require(value == "auto", name + (": set by " + who) + ", expected one or the other");
+  }
+}
+
+void RetargetingOptions::set_usual(const RunQuality& quality) { usual_ = quality; }
+
+RetargetOptions RetargetingOptions::estimation() const {
+  RetargetOptions options;
+  options.neutral_frame = neutral_frame_;
+  options.causal = live_;
+  options.focal_length_px = focal_length_px_;
+  usual_.apply(options);
+  if (level_ != "auto") {
+    options.level = parse_level(level_);
+    options.refine = true;
+  }
+  if (method_ != "auto") options.refine = method_ == "refined";
+  return options;
+}
+
 Retargeted RetargetingOptions::retarget(const std::vector<ContourSet>& contours,
                                         const FaceResponse& response,
                                         Simulator& lattice,
                                         RunContext& context) const {
-  RetargetOptions options;
-  options.neutral_frame = neutral_frame_;
-  options.refine = method_ == "refined";
-  options.level = parse_level(level_);
-  options.causal = live_;
-  options.focal_length_px = focal_length_px_;
+  const RetargetOptions options = estimation();
   Retargeted result;
   context.progress.begin("retarget", static_cast<int>(contours.size()));
   const Stopwatch watch;
@@ -93,7 +111,7 @@ Retargeted RetargetingOptions::retarget(const std::vector<ContourSet>& contours,
     context.progress.update(num_asked++ / num_passes);
     return context.stop();
   };
-  const FaceModel face{response, &lattice, profile_ ? &*profile_ : nullptr};
+  const FaceModel face{response, &lattice, profile()};
   result.track = zygoma::retarget(contours, face, options, result.report, stop);
   context.progress.update(static_cast<int>(result.track.frames.size()));
   context.progress.end();

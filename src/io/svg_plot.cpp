@@ -209,13 +209,27 @@ class PanelDrawing {
     return x_.shows(series.x[k]) && y_.shows(series.y[k]);
   }
 
+  void draw_point(const PlotSeries& series, std::size_t k) {
+    const double x = at_x(series.x[k]);
+    const double y = at_y(series.y[k]);
+    const bool named = k < series.names.size() && !series.names[k].empty();
+    svg_ += "<circle cx=\"" + px(x) + "\" cy=\"" + px(y) + "\" r=\"" + (named ? "4.4" : "2.6") +
+            "\" fill=\"" + colour(series) + "\"/>\n";
+    if (!named) return;
+    const double room = text_width(series.names[k]) + 7.0;
+    const bool left = x - room > origin_x_;
+    svg_ += text_at(x + (left ? -7.0 : 0.0),
+                    std::min(y + (left ? 5.0 : 17.0), origin_y_ + kPlotHeight - 4.0),
+                    series.names[k],
+                    left ? R"(font-weight="bold" text-anchor="end")" : R"(font-weight="bold")");
+  }
+
   void draw_series(const PlotSeries& series) {
     assert(series.x.size() == series.y.size());
     if (series.mark == PlotMark::kPoints) {
       for (std::size_t k = 0; k < series.x.size(); ++k) {
         if (!shows(series, k)) continue;
-        svg_ += "<circle cx=\"" + px(at_x(series.x[k])) + "\" cy=\"" + px(at_y(series.y[k])) +
-                "\" r=\"2.6\" fill=\"" + colour(series) + "\"/>\n";
+        draw_point(series, k);
       }
       return;
     }
