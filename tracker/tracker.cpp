@@ -611,7 +611,8 @@ void Tracker::Impl::relax(const Evidence& evidence,
     for (size_t i = 0; i < anchors.size(); ++i) {
       const bool corner = (f == kUpperLip || f == kLowerLip) && (i == 0 || i + 1 == anchors.size());
       const double hold = corner ? kCornerHold : f == kChinBoss ? kChinHold : 1.0;
-      anchors[i] = {target[i], options.flow_hold * (0.1 + quality[i]) * hold};
+      const double sight = effort.predict_by == PredictBy::kNothing ? 0.0 : quality[i];
+      anchors[i] = {target[i], options.flow_hold * (0.1 + sight) * hold};
     }
     const ContourLandscape landscape(evidence, static_cast<FeatureIndex>(f), target);
     SnakeOptions snake_settings = snake_options(static_cast<FeatureIndex>(f));

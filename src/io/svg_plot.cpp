@@ -216,12 +216,14 @@ class PanelDrawing {
     svg_ += "<circle cx=\"" + px(x) + "\" cy=\"" + px(y) + "\" r=\"" + (named ? "4.4" : "2.6") +
             "\" fill=\"" + colour(series) + "\"/>\n";
     if (!named) return;
-    const double room = text_width(series.names[k]) + 7.0;
-    const bool left = x - room > origin_x_;
-    svg_ += text_at(x + (left ? -7.0 : 0.0),
-                    std::min(y + (left ? 5.0 : 17.0), origin_y_ + kPlotHeight - 4.0),
+    const double half = 0.5 * text_width(series.names[k]);
+    const double middle = std::clamp(x, origin_x_ + half, origin_x_ + kPlotWidth - half);
+    // On a white rim, as it may lie on lines and other points.
+    svg_ += text_at(middle,
+                    std::min(y + 19.0, origin_y_ + kPlotHeight - 4.0),
                     series.names[k],
-                    left ? R"(font-weight="bold" text-anchor="end")" : R"(font-weight="bold")");
+                    R"(font-weight="bold" text-anchor="middle" paint-order="stroke" stroke="#fff" )"
+                    R"(stroke-width="3")");
   }
 
   void draw_series(const PlotSeries& series) {

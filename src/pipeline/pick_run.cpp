@@ -169,32 +169,32 @@ RunPick pick_by_trials(double budget_ms,
   const double whole_ms = budget_ms * static_cast<double>(num_frames);
   std::map<std::size_t, RunCost> tried;
   std::optional<std::size_t> best;
+  std::size_t too_slow = all.size();  // the quickest that is known to be
   for (std::size_t at = guess;;) {
     const RunCost cost = tried[at] = cost_of(at);
-    // A trial takes time itself: others are tried only where they would probably fit, if they are
-    // slower or quicker than this one as where they were measured.
-    const double scale = cost.frame_ms / all[at].about_frame_ms;
-    const auto would_fit = [&](std::size_t k) {
-      const double ms = all[k].about_start_ms +
-                        all[k].about_frame_ms * static_cast<double>(kTrialFrames + num_frames);
-      return passed_ms() + scale * ms <= kRoom * whole_ms;
-    };
     if (passed_ms() + cost.total_ms(num_frames) <= whole_ms) {
       best = at;
-      if (at + 1 >= all.size() || tried.contains(at + 1) || !would_fit(at + 1)) break;
-      ++at;
     } else {
-      if (best || at == 0) break;
-      do {
-        --at;
-      } while (at > 0 && !would_fit(at));
+      too_slow = at;
     }
+    // A trial takes time itself: the next one is the most accurate that would probably fit, if this
+    // machine is as much slower or quicker there as it was here.
+    const double scale = cost.frame_ms / all[at].about_frame_ms;
+    std::optional<std::size_t> next;
+    for (std::size_t k = best ? *best + 1 : 0; k < too_slow; ++k) {
+      const double ms = all[k].about_start_ms +
+                        all[k].about_frame_ms * static_cast<double>(kTrialFrames + num_frames);
+      if (passed_ms() + scale * ms <= kRoom * whole_ms) next = k;
+    }
+    if (!next && !best && too_slow > 0) next = 0;
+    if (!next) break;
+    at = *next;
   }
   RunPick pick;
   pick.quality = best.value_or(0);
   pick.expected_ms = (passed_ms() + tried[pick.quality].total_ms(num_frames)) /
                      static_cast<double>(std::max<std::size_t>(1, num_frames));
-  pick.fits = best.has_value() && pick.expected_ms <= budget_ms;
+  pick.fits = best.has_value();
   return pick;
 }
 

@@ -1,5 +1,7 @@
 #include "src/pipeline/run_quality.h"
 
+#include <array>
+
 #include "src/base/check.h"
 
 namespace zygoma {
@@ -16,71 +18,42 @@ bool RunQuality::has_one_face() const {
 }
 
 const std::vector<RunQuality>& run_qualities() {
-  constexpr bool kRefined = true;
-  const auto face = [](const char* name) { return face_quality(name); };
-  static const std::vector<RunQuality> qualities{{"draft",
-                                                  face("draft"),
-                                                  face("draft"),
-                                                  SecondLooks::kNone,
-                                                  !kRefined,
-                                                  FaceLevel::kLinear,
-                                                  0.121,
-                                                  350.0,
-                                                  20.0},
-                                                 {"between draft and standard",
-                                                  face("draft"),
-                                                  face("draft"),
-                                                  SecondLooks::kNone,
-                                                  kRefined,
-                                                  FaceLevel::kLinear,
-                                                  0.076,
-                                                  350.0,
-                                                  23.0},
-                                                 {"standard",
-                                                  face("standard"),
-                                                  face("standard"),
-                                                  SecondLooks::kStart,
-                                                  kRefined,
-                                                  FaceLevel::kCorrected,
-                                                  0.064,
-                                                  500.0,
-                                                  30.0},
-                                                 {"between standard and fine",
-                                                  face("between standard and fine"),
-                                                  face("between standard and fine"),
-                                                  SecondLooks::kStart,
-                                                  kRefined,
-                                                  FaceLevel::kCorrected,
-                                                  0.063,
-                                                  900.0,
-                                                  40.0},
-                                                 {"fine",
-                                                  face("fine"),
-                                                  face("fine"),
-                                                  SecondLooks::kStart,
-                                                  kRefined,
-                                                  FaceLevel::kCorrected,
-                                                  0.061,
-                                                  2000.0,
-                                                  70.0},
-                                                 {"between fine and reference",
-                                                  face("between fine and reference"),
-                                                  face("fine"),
-                                                  SecondLooks::kStart,
-                                                  kRefined,
-                                                  FaceLevel::kLattice,
-                                                  0.060,
-                                                  2500.0,
-                                                  130.0},
-                                                 {"reference",
-                                                  face("reference"),
-                                                  face("between fine and reference"),
-                                                  SecondLooks::kAll,
-                                                  kRefined,
-                                                  FaceLevel::kLattice,
-                                                  0.060,
-                                                  6000.0,
-                                                  400.0}};
+  struct Work {
+    SecondLooks second_looks;
+    bool refine;
+    FaceLevel level;
+  };
+  constexpr Work kClosedForm{SecondLooks::kNone, false, FaceLevel::kLinear};
+  constexpr Work kLinear{SecondLooks::kNone, true, FaceLevel::kLinear};
+  constexpr Work kCorrected{SecondLooks::kStart, true, FaceLevel::kCorrected};
+  constexpr Work kLattice{SecondLooks::kStart, true, FaceLevel::kLattice};
+  constexpr Work kEverything{SecondLooks::kAll, true, FaceLevel::kLattice};
+  // Name, faces that are drawn and estimated with, RMS, ms to start and per frame.
+  const auto level = [](const char* name,
+                        const char* drawn,
+                        const char* estimated_with,
+                        const Work& work,
+                        const std::array<double, 3>& figures) {
+    return RunQuality{name,
+                      face_quality(drawn),
+                      face_quality(estimated_with),
+                      work.second_looks,
+                      work.refine,
+                      work.level,
+                      figures[0],
+                      figures[1],
+                      figures[2]};
+  };
+  const char* const coarser = "between standard and fine";
+  const char* const finer = "between fine and reference";
+  static const std::vector<RunQuality> qualities{
+      level("draft", "draft", "draft", kClosedForm, {0.131, 800.0, 24.0}),
+      level("between draft and standard", "draft", "draft", kLinear, {0.074, 800.0, 26.0}),
+      level("standard", "standard", "standard", kCorrected, {0.064, 1000.0, 30.0}),
+      level(coarser, coarser, coarser, kCorrected, {0.063, 1200.0, 37.0}),
+      level("fine", "fine", "fine", kCorrected, {0.061, 2500.0, 60.0}),
+      level(finer, finer, "fine", kLattice, {0.060, 3000.0, 100.0}),
+      level("reference", "reference", finer, kEverything, {0.059, 7000.0, 400.0})};
   return qualities;
 }
 

@@ -32,14 +32,14 @@ PlotPanel panel_of(const TradeoffStage& stage) {
     }
     family->x.push_back(row.frame_ms);
     family->y.push_back(row.error);
-    family->names.push_back(row.quality);
+    family->names.push_back(row.quality.starts_with("between") ? "" : row.quality);
   }
   families.insert(families.begin(), front);
-  return {stage.name,
+  return {stage.name + ", against " + stage.against,
           {stage.name == "whole run" ? "time on the wall per frame (ms)"
                                      : "processor time per frame (ms)",
            true},
-          {stage.error_name + ", RMS (" + stage.error_unit + ")", true},
+          {stage.error_name + " (" + stage.error_unit + ")", true},
           families};
 }
 
@@ -99,7 +99,7 @@ std::string front_table(const TradeoffStage& stage) {
                 "quality",
                 "choice",
                 "ms/frame",
-                ("RMS, " + stage.error_unit).c_str(),
+                ("error, " + stage.error_unit).c_str(),
                 stage.other_name.c_str());
   table += line;
   for (const TradeoffRow& row : stage.rows) {

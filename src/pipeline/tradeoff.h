@@ -27,7 +27,7 @@ struct TradeoffRow {
   std::string family;   // what it has in common with others: their colour in the plot
   std::string choice;   // what is set, in words
   double frame_ms = 0.0;
-  double error = 0.0;        // RMS against the reference, in the unit of the stage
+  double error = 0.0;        // against the reference, as the stage says
   double other_error = 0.0;  // as the stage says
   double failed = 0.0;       // share of frames not converged, or of contours lost
   bool is_reference = false;
@@ -37,7 +37,7 @@ struct TradeoffRow {
 struct TradeoffStage {
   std::string name;
   std::string error_unit;  // "mm"
-  std::string error_name;  // "error of the skin"
+  std::string error_name;  // "error of the skin, RMS"
   std::string other_name;  // with its unit
   std::string against;     // what the errors are against
   std::vector<TradeoffRow> rows{};

@@ -218,7 +218,7 @@ TradeoffStage measure_tracker(const TradeoffClip& clip,
   const bool known = !clip.true_contours.empty();
   TradeoffStage stage{"tracker",
                       "px",
-                      "error of the contours' motion",
+                      "motion missed, median",
                       "distance px",
                       known ? "the true contours" : reference.words};
   std::vector<ContourSet> truth = clip.true_contours;
@@ -252,8 +252,8 @@ TradeoffStage measure_retarget(const TradeoffClip& clip,
                                const StopQuestion& stop) {
   const bool known = !clip.true_contractions.frames.empty();
   TradeoffStage stage{"retarget",
-                      "contraction",
-                      "error of contractions, 0 to 1",
+                      "0 to 1",
+                      "error of contractions, RMS",
                       "reprojection px",
                       known ? "the true contractions" : reference.words};
   ContractionTrack truth = clip.true_contractions;

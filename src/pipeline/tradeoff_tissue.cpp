@@ -223,7 +223,7 @@ TradeoffStage measure_tissue(const Scene& scene,
                              StageObserver& observer,
                              const StopQuestion& stop) {
   TradeoffStage stage{
-      "tissue", "mm", "error of the skin", "largest mm", words_of(reference_choice)};
+      "tissue", "mm", "error of the skin, RMS", "largest mm", words_of(reference_choice)};
   observer.begin("tissue: reference", 0);
   const Reference reference(shoot(with(scene, reference_choice), observer, stop));
   observer.end();
