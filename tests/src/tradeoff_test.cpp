@@ -8,6 +8,8 @@
 #include "src/base/check.h"
 #include "src/io/contours_file.h"
 #include "src/io/contractions_file.h"
+#include "src/io/video_reader.h"
+#include "src/io/video_writer.h"
 #include "src/pipeline/comparison.h"
 #include "src/pipeline/machine_load.h"
 #include "src/pipeline/pick_quality.h"
@@ -256,6 +258,39 @@ TEST(PickRunTest, SaysWhatTheQuickestTakesWhereNothingFits) {
   EXPECT_EQ(pick.quality, 0U);
   EXPECT_FALSE(pick.fits);
   EXPECT_GT(pick.expected_ms, 3.0 * run_qualities().front().about_frame_ms);
+}
+
+// The first frames of the sample clip.
+std::string short_clip(const ScratchFolder& folder, int num_frames) {
+  VideoReader reader(VideoSource(sample(".mp4")));
+  const std::string path = folder / "clip.mp4";
+  VideoWriter writer(path, reader.info().width_px, reader.info().height_px, 30.0);
+  Frame frame;
+  for (int k = 0; k < num_frames && reader.read(frame); ++k) {
+    writer.write(frame.image, frame.time_s);
+  }
+  writer.finish();
+  return path;
+}
+
+TEST(PickRunTest, TheProgramSaysWhatItPickedAndHowItWent) {
+  const ScratchFolder folder;
+  const std::string clip = short_clip(folder, 30);
+  const auto run_with = [&](const char* option, const char* value) {
+    return run_program(folder, {"run", clip, "-o", folder / "result", option, value});
+  };
+  const Outcome tight = run_with("--budget", "0.5");
+  EXPECT_EQ(tight.code, 0) << tight.err;
+  for (const char* words : {"quality draft", "cannot be met", "expected were", "not met"}) {
+    EXPECT_NE(tight.err.find(words), std::string::npos) << words << '\n' << tight.err;
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "result/trial.mp4"));
+  const std::string session = bytes_of(folder / "result/session.json");
+  EXPECT_NE(session.find("expected_ms_per_frame"), std::string::npos);
+  const Outcome draft = run_with("--quality", "draft");
+  EXPECT_EQ(draft.code, 0) << draft.err;
+  EXPECT_NE(draft.err.find("closed form"), std::string::npos) << draft.err;
+  EXPECT_NE(draft.err.find("the whole run took"), std::string::npos) << draft.err;
 }
 
 TEST(LoadMeterTest, SeesShares) {
