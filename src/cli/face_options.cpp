@@ -140,8 +140,9 @@ void AnimationOptions::declare(OptionSink& options) {
   options.flag("--no-bars", no_bars_, "leave out the panel with one bar per muscle");
   options.integer("--samples",
                   samples_per_pixel_,
-                  {1, 16},
-                  "rays for a pixel that an edge runs through; 1: edges stay jagged");
+                  {0, 16},
+                  "rays for a pixel that an edge runs through; 1: edges stay jagged; 0: 2, or 1 "
+                  "for --quality draft of run");
   options.choice("--encoding",
                  encoding_.preset,
                  {"ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow"},
@@ -149,13 +150,13 @@ void AnimationOptions::declare(OptionSink& options) {
   options.integer("--threads", num_threads_, {1, 64}, "that render and encode");
 }
 
-AnimateOptions AnimationOptions::animate_options() const {
+AnimateOptions AnimationOptions::animate_options(int usual_samples) const {
   AnimateOptions options;
   options.panel_height_px = panel_height_px_;
   options.bars = !no_bars_;
   if (!view_.empty()) options.view = parse_view(view_);
   options.overlay = parse_overlay(overlay_);
-  options.render.samples_per_pixel = samples_per_pixel_;
+  options.render.samples_per_pixel = samples_per_pixel_ > 0 ? samples_per_pixel_ : usual_samples;
   options.render.num_threads = num_threads_;
   options.encoding = encoding_;
   options.encoding.num_threads = num_threads_;

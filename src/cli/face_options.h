@@ -60,14 +60,15 @@ class FaceOptions {
 class AnimationOptions {
  public:
   void declare(OptionSink& options);
-  AnimateOptions animate_options() const;
+  // `usual_samples`: rays for a pixel at an edge where no option says.
+  AnimateOptions animate_options(int usual_samples = RenderOptions{}.samples_per_pixel) const;
 
  private:
   int panel_height_px_ = 0;
   bool no_bars_ = false;
   std::string view_;
   std::string overlay_ = "none";
-  int samples_per_pixel_ = RenderOptions{}.samples_per_pixel;
+  int samples_per_pixel_ = 0;
   VideoWriterOptions encoding_;
   int num_threads_ = 2;
 };

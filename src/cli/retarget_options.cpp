@@ -37,9 +37,9 @@ void RetargetingOptions::declare(OptionSink& options) {
       "number of a frame that shows the face at rest; -1: the profile's, else found in the clip");
   options.choice("--method",
                  method_,
-                 {"auto", "refined", "closed-form"},
+                 {"refined", "closed-form"},
                  "closed-form: the estimates of the paper alone, without the refinement against "
-                 "the face model: quick, coarse; auto: refined, but for --quality draft of run");
+                 "the face model: quick, coarse");
   options.choice("--level",
                  level_,
                  {"auto", "linear", "corrected", "lattice"},
@@ -74,9 +74,7 @@ void RetargetingOptions::prepare() {
 }
 
 void RetargetingOptions::leave_quality_to(const std::string& who) const {
-  for (const auto& [name, value] : {std::pair("--method", method_), std::pair("--level", level_)}) {
-    require(value == "auto", name + (": set by " + who) + ", expected one or the other");
-  }
+  require(level_ == "auto", "--level: set by " + who + ", expected one or the other");
 }
 
 void RetargetingOptions::set_usual(const RunQuality& quality) { usual_ = quality; }
@@ -87,11 +85,8 @@ RetargetOptions RetargetingOptions::estimation() const {
   options.causal = live_;
   options.focal_length_px = focal_length_px_;
   usual_.apply(options);
-  if (level_ != "auto") {
-    options.level = parse_level(level_);
-    options.refine = true;
-  }
-  if (method_ != "auto") options.refine = method_ == "refined";
+  if (level_ != "auto") options.level = parse_level(level_);
+  options.refine = method_ == "refined";
   return options;
 }
 

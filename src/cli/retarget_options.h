@@ -31,7 +31,7 @@ class RetargetingOptions {
   void prepare();
   // Throws InputError where an option is given that `who` decides.
   void leave_quality_to(const std::string& who) const;
-  // Method and level where they are not given.
+  // The level where it is not given.
   void set_usual(const RunQuality& quality);
   // As the options say.
   RetargetOptions estimation() const;
@@ -50,7 +50,7 @@ class RetargetingOptions {
   std::vector<std::string> remarks_on(const RetargetReport& report) const;
 
   int neutral_frame_ = -1;
-  std::string method_ = "auto";
+  std::string method_ = "refined";
   std::string level_ = "auto";
   RunQuality usual_ = run_quality("standard");
   std::string smoothing_ = "none";

@@ -139,7 +139,7 @@ RunCost try_quality(const RunQuality& quality, RunFaces& faces, const RunTask& t
                faces.anatomy,
                Performance{task.tracked.source, stretch},
                task.scratch,
-               task.drawing,
+               task.drawing(quality),
                clock,
                task.stop);
   const RunCost drawing = clock.cost(num_frames, clock.elapsed_ms());

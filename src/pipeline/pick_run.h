@@ -39,7 +39,7 @@ struct RunTask {
   const TrackedVideo& tracked;
   RetargetOptions estimation;
   const PerformerProfile* profile = nullptr;
-  AnimateOptions drawing;
+  std::function<AnimateOptions(const RunQuality&)> drawing;
   std::string scratch;  // a video that may be written and is removed again
   StopQuestion stop;    // what comes back after it said so is of no use
 };

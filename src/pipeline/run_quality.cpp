@@ -6,10 +6,7 @@
 
 namespace zygoma {
 
-void RunQuality::apply(RetargetOptions& options) const {
-  options.refine = refine;
-  options.level = level;
-}
+void RunQuality::apply(RetargetOptions& options) const { options.level = level; }
 
 bool RunQuality::has_one_face() const {
   return face.surface_vertices == estimation.surface_vertices &&
@@ -20,14 +17,13 @@ bool RunQuality::has_one_face() const {
 const std::vector<RunQuality>& run_qualities() {
   struct Work {
     SecondLooks second_looks;
-    bool refine;
     FaceLevel level;
+    int samples_per_pixel;
   };
-  constexpr Work kClosedForm{SecondLooks::kNone, false, FaceLevel::kLinear};
-  constexpr Work kLinear{SecondLooks::kNone, true, FaceLevel::kLinear};
-  constexpr Work kCorrected{SecondLooks::kStart, true, FaceLevel::kCorrected};
-  constexpr Work kLattice{SecondLooks::kStart, true, FaceLevel::kLattice};
-  constexpr Work kEverything{SecondLooks::kAll, true, FaceLevel::kLattice};
+  constexpr Work kLinear{SecondLooks::kNone, FaceLevel::kLinear, 1};
+  constexpr Work kCorrected{SecondLooks::kStart, FaceLevel::kCorrected, 2};
+  constexpr Work kLattice{SecondLooks::kStart, FaceLevel::kLattice, 2};
+  constexpr Work kEverything{SecondLooks::kAll, FaceLevel::kLattice, 2};
   // Name, faces that are drawn and estimated with, RMS, ms to start and per frame.
   const auto level = [](const char* name,
                         const char* drawn,
@@ -38,8 +34,8 @@ const std::vector<RunQuality>& run_qualities() {
                       face_quality(drawn),
                       face_quality(estimated_with),
                       work.second_looks,
-                      work.refine,
                       work.level,
+                      work.samples_per_pixel,
                       figures[0],
                       figures[1],
                       figures[2]};
@@ -47,8 +43,7 @@ const std::vector<RunQuality>& run_qualities() {
   const char* const coarser = "between standard and fine";
   const char* const finer = "between fine and reference";
   static const std::vector<RunQuality> qualities{
-      level("draft", "draft", "draft", kClosedForm, {0.131, 800.0, 24.0}),
-      level("between draft and standard", "draft", "draft", kLinear, {0.074, 800.0, 26.0}),
+      level("draft", "draft", "draft", kLinear, {0.074, 800.0, 22.0}),
       level("standard", "standard", "standard", kCorrected, {0.064, 1000.0, 30.0}),
       level(coarser, coarser, coarser, kCorrected, {0.063, 1200.0, 37.0}),
       level("fine", "fine", "fine", kCorrected, {0.061, 2500.0, 60.0}),

@@ -19,8 +19,8 @@ struct RunQuality {
   FaceQuality face;        // settled and drawn
   FaceQuality estimation;  // asked how contours respond
   SecondLooks second_looks = SecondLooks::kStart;
-  bool refine = true;  // false: the closed form alone
   FaceLevel level = FaceLevel::kCorrected;
+  int samples_per_pixel = 2;  // of the drawing, at edges
   // On the sample clip, whose truth is known: RMS over muscles and frames.
   double expected_contraction_rms = 0.0;
   // Where it was measured (docs/results/run_quality.csv): to get ready, and per frame without the

@@ -171,7 +171,7 @@ std::vector<RetargetChoice> retarget_choices() {
       };
   RetargetOptions closed;
   closed.refine = false;
-  add("closed form", "each frame by itself", closed)->name = "draft";
+  add("closed form", "each frame by itself", closed);
   for (const auto& [level, family] : levels) {
     RetargetOptions options;
     options.level = level;
@@ -183,6 +183,7 @@ std::vector<RetargetChoice> retarget_choices() {
       options.refinement.lookahead_frames = window / 3;
       RetargetChoice* added = add(family, "windows of " + std::to_string(window), options);
       if (window != RefineOptions().window_frames) continue;
+      if (level == FaceLevel::kLinear) added->name = "draft";
       if (level == FaceLevel::kCorrected) added->name = "standard";
       if (level == FaceLevel::kLattice) added->name = "reference";
     }

@@ -72,6 +72,8 @@ void run_once(const RunQuality& quality,
   const Stopwatch rest;
   RetargetOptions options;
   quality.apply(options);
+  AnimateOptions drawing;
+  drawing.render.samples_per_pixel = quality.samples_per_pixel;
   RetargetReport report;
   const ContractionTrack track =
       retarget(tracked.contours, {faces.response, &faces.estimation()}, options, report);
@@ -80,7 +82,7 @@ void run_once(const RunQuality& quality,
                faces.anatomy,
                Performance{clip, tracked.contours},
                output,
-               {},
+               drawing,
                silent,
                {});
   const auto frames = static_cast<double>(tracked.contours.size());

@@ -108,14 +108,15 @@ class RunCommand : public Command {
       append(notes, remarks(retargeted.report));
       stopped = context.stop();
       if (!stopped) {
-        const AnimationReport animation = animate_face(retargeted.track,
-                                                       *faces.drawn,
-                                                       faces.anatomy,
-                                                       Performance{source, tracked.contours},
-                                                       folder / "reconstruction.mp4",
-                                                       animation_.animate_options(),
-                                                       context.progress,
-                                                       context.stop);
+        const AnimationReport animation =
+            animate_face(retargeted.track,
+                         *faces.drawn,
+                         faces.anatomy,
+                         Performance{source, tracked.contours},
+                         folder / "reconstruction.mp4",
+                         animation_.animate_options(choice.quality.samples_per_pixel),
+                         context.progress,
+                         context.stop);
         stopped = animation.stopped;
         session.stages.push_back(stage_of(animation));
         append(notes, remarks(animation));
@@ -184,7 +185,9 @@ class RunCommand : public Command {
     const RunTask task{tracked,
                        retargeting_.estimation(),
                        retargeting_.profile(),
-                       animation_.animate_options(),
+                       [this](const RunQuality& quality) {
+                         return animation_.animate_options(quality.samples_per_pixel);
+                       },
                        scratch,
                        context.stop};
     context.progress.begin("try qualities", 0);
@@ -202,6 +205,17 @@ class RunCommand : public Command {
     return std::move(found.faces);
   }
 
+  static const char* level_word(FaceLevel level) {
+    switch (level) {
+      case FaceLevel::kLinear:
+        return "linear estimation";
+      case FaceLevel::kCorrected:
+        return "corrected estimation";
+      default:
+        return "estimation by the lattice";
+    }
+  }
+
   static std::string remark_on(const Choice& choice) {
     const RunQuality& quality = choice.quality;
     char text[300];
@@ -213,7 +227,7 @@ class RunCommand : public Command {
         quality.name.c_str(),
         quality.face.bi_layer ? "two" : "three",
         quality.face.surface_vertices,
-        quality.refine ? "refined" : "closed form",
+        level_word(quality.level),
         quality.face.expected_rms_mm,
         quality.expected_contraction_rms);
     std::string remark = text;
