@@ -71,8 +71,9 @@ class RunCommand : public Command {
     const VideoSource source = tracking_.source(video_path_);
     require(can_be_read_again(source),
             video_path_ + ": can be read once only, expected a file; zygoma track records it");
-    Session session = begin_session(name(), context);
     Choice choice = choose(source);  // a bad file is refused before any work begins
+    Story story{begin_session(name(), context)};
+    Session& session = story.session;
 
     std::atomic<bool> abandoned{false};
     std::future<RunFaces> prepared = std::async(std::launch::async, [&, quality = choice.quality] {
@@ -86,52 +87,24 @@ class RunCommand : public Command {
     write_contours_csv(folder / "contours.csv", tracked.contours);
     session.source = source_of(tracked);
     session.stages.push_back(stage_of(tracked));
-    std::vector<std::string> notes = remarks(tracked);
+    append(story.notes, remarks(tracked));
 
-    bool stopped = tracked.stopped;
-    double residual_px = 0.0;
-    if (!stopped) {
-      RunFaces faces = prepared.get();
+    RunFaces faces;
+    if (!tracked.stopped) {
+      faces = prepared.get();
       if (face_.budget_ms() > 0.0) {
         faces = pick(std::move(faces), tracked, folder / "trial.mp4", watch, context, choice);
       }
-      if (!choice.remark.empty()) context.progress.note(choice.remark);
-      retargeting_.set_usual(choice.quality);
-      const Retargeted retargeted =
-          retargeting_.retarget(tracked.contours, faces.response, faces.estimation(), context);
-      retargeting_.write(retargeted, folder);
-      residual_px = retargeted.report.median_residual_px;
-      session.muscles = retargeted.track.muscles;
-      session.neutral_frame = retargeted.report.neutral_frame;
-      session.stages.push_back(stage_of(retargeted.report, retargeted.figures));
-      append(notes, retargeted.remarks);
-      append(notes, remarks(retargeted.report));
-      stopped = context.stop();
-      if (!stopped) {
-        const AnimationReport animation =
-            animate_face(retargeted.track,
-                         *faces.drawn,
-                         faces.anatomy,
-                         Performance{source, tracked.contours},
-                         folder / "reconstruction.mp4",
-                         animation_.animate_options(choice.quality.samples_per_pixel),
-                         context.progress,
-                         context.stop);
-        stopped = animation.stopped;
-        session.stages.push_back(stage_of(animation));
-        append(notes, remarks(animation));
-        print_comparison(retargeted.track, tracked.contours, context.out);
-      }
     }
-    session.stopped_early = stopped;
+    session.stopped_early = tracked.stopped || context.stop();
+    if (!session.stopped_early) reconstruct(tracked, choice, faces, folder, context, story);
     session.stages.push_back(
         stage_of(StageFigures{"whole run", session.source.num_frames, watch.elapsed_ms()}));
-    add_figures(choice, load.share_of_others(), session.stages.back());
+    const double others = load.share_of_others();
+    add_figures(choice, others, session.stages.back());
     write_session(folder / "session.json", session);
-    if (!stopped) {
-      append(notes, {verdict(choice, session.stages.back(), residual_px, load.share_of_others())});
-    }
-    for (const std::string& note : notes) {
+    append(story.notes, {verdict(choice, story, others)});
+    for (const std::string& note : story.notes) {
       if (!note.empty()) context.progress.note(note);
     }
     print_figures(session, tracked, context.out);
@@ -146,6 +119,49 @@ class RunCommand : public Command {
     double expected_ms = 0.0;  // per frame, of the whole run; 0: nobody has tried
     std::string remark;
   };
+
+  // How it goes.
+  struct Story {
+    Session session;
+    std::vector<std::string> notes{};
+    double residual_px = 0.0;
+  };
+
+  // From contours to the film of the face.
+  void reconstruct(const TrackedVideo& tracked,
+                   const Choice& choice,
+                   RunFaces& faces,
+                   const OutputFolder& folder,
+                   RunContext& context,
+                   Story& story) {
+    if (!choice.remark.empty()) context.progress.note(choice.remark);
+    retargeting_.set_usual(choice.quality);
+    const Retargeted retargeted =
+        retargeting_.retarget(tracked.contours, faces.response, faces.estimation(), context);
+    retargeting_.write(retargeted, folder);
+    Session& session = story.session;
+    story.residual_px = retargeted.report.median_residual_px;
+    session.muscles = retargeted.track.muscles;
+    session.neutral_frame = retargeted.report.neutral_frame;
+    session.stages.push_back(stage_of(retargeted.report, retargeted.figures));
+    append(story.notes, retargeted.remarks);
+    append(story.notes, remarks(retargeted.report));
+    session.stopped_early = context.stop();
+    if (session.stopped_early) return;
+    const AnimationReport animation =
+        animate_face(retargeted.track,
+                     *faces.drawn,
+                     faces.anatomy,
+                     Performance{tracked.source, tracked.contours},
+                     folder / "reconstruction.mp4",
+                     animation_.animate_options(choice.quality.samples_per_pixel),
+                     context.progress,
+                     context.stop);
+    session.stopped_early = animation.stopped;
+    session.stages.push_back(stage_of(animation));
+    append(story.notes, remarks(animation));
+    print_comparison(retargeted.track, tracked.contours, context.out);
+  }
 
   void check_options() {
     face_.check();
@@ -251,13 +267,11 @@ class RunCommand : public Command {
   }
 
   // How it turned out; empty where nothing was asked for.
-  std::string verdict(const Choice& choice,
-                      const SessionStage& whole,
-                      double residual_px,
-                      double others) const {
+  std::string verdict(const Choice& choice, const Story& story, double others) const {
     constexpr double kMet = 1.2;
     constexpr double kIdle = 0.1;
-    if (choice.remark.empty()) return {};
+    if (choice.remark.empty() || story.session.stopped_early) return {};
+    const SessionStage& whole = story.session.stages.back();
     char text[200];
     std::snprintf(text, sizeof text, "the whole run took %.1f ms per frame", whole.ms_per_frame);
     std::string line = text;
@@ -270,7 +284,7 @@ class RunCommand : public Command {
                     whole.ms_per_frame <= kMet * face_.budget_ms() ? "met" : "not met");
       line += text;
     }
-    std::snprintf(text, sizeof text, "; the contours are met within %.2f px", residual_px);
+    std::snprintf(text, sizeof text, "; the contours are met within %.2f px", story.residual_px);
     line += text;
     if (others > kIdle) {
       std::snprintf(text,

@@ -108,7 +108,9 @@ class TradeoffCommand : public Command {
     write_tradeoff_plot(folder / "tradeoff.svg", stages);
     write_session(folder / "session.json", session);
     for (const TradeoffStage& stage : stages) context.out << front_table(stage);
-    context.out << "error over time: " << folder / "tradeoff.svg" << '\n';
+    if (!stages.front().rows.empty()) {
+      context.out << "error over time: " << folder / "tradeoff.svg" << '\n';
+    }
     return 0;
   }
 
