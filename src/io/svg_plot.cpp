@@ -161,8 +161,11 @@ class PanelDrawing {
     origin_x_ = x + left_;
     origin_y_ = y + kTop;
     svg_.clear();
+    names_.clear();
+    name_texts_.clear();
     draw_axes();
     for (const PlotSeries& series : panel_.series) draw_series(series);
+    svg_ += name_texts_;
     draw_labels();
     return svg_;
   }
@@ -210,20 +213,31 @@ class PanelDrawing {
   }
 
   void draw_point(const PlotSeries& series, std::size_t k) {
-    const double x = at_x(series.x[k]);
-    const double y = at_y(series.y[k]);
     const bool named = k < series.names.size() && !series.names[k].empty();
-    svg_ += "<circle cx=\"" + px(x) + "\" cy=\"" + px(y) + "\" r=\"" + (named ? "4.4" : "2.6") +
-            "\" fill=\"" + colour(series) + "\"/>\n";
-    if (!named) return;
-    const double half = 0.5 * text_width(series.names[k]);
-    const double middle = std::clamp(x, origin_x_ + half, origin_x_ + kPlotWidth - half);
-    // On a white rim, as it may lie on lines and other points.
-    svg_ += text_at(middle,
+    svg_ += "<circle cx=\"" + px(at_x(series.x[k])) + "\" cy=\"" + px(at_y(series.y[k])) +
+            "\" r=\"" + (named ? "4.4" : "2.6") + "\" fill=\"" + colour(series) + "\"/>\n";
+    if (named) name_point(at_x(series.x[k]), at_y(series.y[k]), series.names[k]);
+  }
+
+  // Below the point, further down where another name is already.
+  void name_point(double x, double y, const std::string& name) {
+    const double half = 0.5 * text_width(name);
+    NamePlace place{std::clamp(x, origin_x_ + half, origin_x_ + kPlotWidth - half),
                     std::min(y + 19.0, origin_y_ + kPlotHeight - 4.0),
-                    series.names[k],
-                    R"(font-weight="bold" text-anchor="middle" paint-order="stroke" stroke="#fff" )"
-                    R"(stroke-width="3")");
+                    half};
+    const auto hits = [&](const NamePlace& other) {
+      return std::abs(place.x - other.x) < place.half + other.half + 4.0 &&
+             std::abs(place.y - other.y) < kLabelSpacing;
+    };
+    while (std::any_of(names_.begin(), names_.end(), hits)) place.y += kLabelSpacing;
+    names_.push_back(place);
+    // On a white rim, as it may lie on lines and other points.
+    name_texts_ +=
+        text_at(place.x,
+                place.y,
+                name,
+                R"(font-weight="bold" text-anchor="middle" paint-order="stroke" stroke="#fff" )"
+                R"(stroke-width="3")");
   }
 
   void draw_series(const PlotSeries& series) {
@@ -295,7 +309,13 @@ class PanelDrawing {
     }
   }
 
+  struct NamePlace {
+    double x, y, half;  // middle, baseline, half the width
+  };
+
   const PlotPanel& panel_;
+  std::vector<NamePlace> names_;
+  std::string name_texts_;
   Scale x_;
   Scale y_;
   double left_ = 0.0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <limits>
+#include <map>
 
 #include "src/io/atomic_file.h"
 #include "src/io/svg_plot.h"
@@ -15,32 +16,39 @@ constexpr double kMostFailed = 0.05;
 
 PlotPanel panel_of(const TradeoffStage& stage) {
   constexpr int kGrey = 4;
-  PlotSeries front{"", {}, {}, PlotMark::kLine, kGrey, {}};
-  std::vector<PlotSeries> families;
+  PlotSeries front{"", {}, {}, PlotMark::kLine, kGrey};
+  std::map<std::string, PlotSeries> families;  // by name: the same colours whatever is quicker
+  for (const TradeoffRow& row : stage.rows) families[row.family].label = row.family;
+  int colour = 0;
+  for (auto& [name, series] : families) {
+    series.mark = PlotMark::kPoints;
+    series.colour = colour++;
+    if (colour == kGrey) ++colour;
+  }
+  std::string against = stage.against;
   for (const TradeoffRow& row : stage.rows) {
-    if (row.on_front && row.error > 0.0) {
+    if (row.is_reference) {
+      against += ", ";
+      append_fixed(against, row.frame_ms, 0);
+      against += " ms";
+    }
+    if (row.on_front) {
       front.x.push_back(row.frame_ms);
       front.y.push_back(row.error);
     }
-    const auto same = [&](const PlotSeries& series) { return series.label == row.family; };
-    auto family = std::find_if(families.begin(), families.end(), same);
-    if (family == families.end()) {
-      const int next = static_cast<int>(families.size());
-      const int colour = next < kGrey ? next : next + 1;
-      families.push_back({row.family, {}, {}, PlotMark::kPoints, colour, {}});
-      family = families.end() - 1;
-    }
-    family->x.push_back(row.frame_ms);
-    family->y.push_back(row.error);
-    family->names.push_back(row.quality.starts_with("between") ? "" : row.quality);
+    PlotSeries& family = families[row.family];
+    family.x.push_back(row.frame_ms);
+    family.y.push_back(row.error);
+    family.names.push_back(row.quality.starts_with("between") ? "" : row.quality);
   }
-  families.insert(families.begin(), front);
-  return {stage.name + ", against " + stage.against,
-          {stage.name == "whole run" ? "time on the wall per frame (ms)"
-                                     : "processor time per frame (ms)",
-           true},
-          {stage.error_name + " (" + stage.error_unit + ")", true},
-          families};
+  PlotPanel panel{stage.name + ", against " + against,
+                  {stage.name == "whole run" ? "time on the wall per frame (ms)"
+                                             : "processor time per frame (ms)",
+                   true},
+                  {stage.error_name + " (" + stage.error_unit + ")", true},
+                  {front}};
+  for (const auto& [name, series] : families) panel.series.push_back(series);
+  return panel;
 }
 
 }  // namespace

@@ -77,7 +77,7 @@ class RunCommand : public Command {
 
     std::atomic<bool> abandoned{false};
     std::future<RunFaces> prepared = std::async(std::launch::async, [&, quality = choice.quality] {
-      return prepare_faces(quality, [&] { return abandoned.load(); });
+      return prepare_faces(quality, [&] { return abandoned.load() || context.stop(); });
     });
     // Whatever ends this run early, a video without a face or a stop, ends the preparation too.
     const OnLeaving abandon{[&] { abandoned = true; }};
