@@ -169,7 +169,7 @@ Said run_with_budget(const std::string& clip, double budget_ms) {
 
 int try_budgets(const std::string& clip, int tries, const std::string& csv) {
   constexpr double kWithin = 1.2;
-  constexpr double kWidest = 15.0;  // times what the quickest level takes
+  constexpr double kWidest = 8.0;  // times what the quickest level takes
   const Said least = run_with_budget(clip, 1.0);
   bench::Table table(csv,
                      format("quality_bench budgets; 1 ms cannot be met: said %d, took %.1f",
