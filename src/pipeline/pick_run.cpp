@@ -81,6 +81,12 @@ class FrameClock : public StageObserver {
   double warm_ms_ = 0.0;
 };
 
+// Getting ready, a trial and the clip itself after tracking, where levels were measured.
+double about_ms(const RunQuality& quality, double num_frames) {
+  return quality.about_start_ms +
+         quality.about_frame_ms * (num_frames + static_cast<double>(kTrialFrames));
+}
+
 // What finding the neutral takes, which does not depend on the number of frames.
 double neutral_ms(const std::vector<ContourSet>& stretch,
                   const FaceModel& face,
@@ -149,13 +155,21 @@ RunCost try_quality(const RunQuality& quality, RunFaces& faces, const RunTask& t
   return cost;
 }
 
-std::size_t guess_quality(double budget_ms, int num_frames) {
-  const double frames = num_frames > 0 ? num_frames : kUsualClipFrames;
+double slowness(const TrackedVideo& tracked) {
+  return std::max(0.1, tracked.figures.frame_ms() / kUsualTracking_ms);
+}
+
+std::size_t guess_quality(double budget_ms,
+                          std::size_t num_frames,
+                          double slower,
+                          std::optional<double> passed_ms) {
+  const double frames = num_frames > 0 ? static_cast<double>(num_frames) : kUsualClipFrames;
+  const double passed = passed_ms.value_or(kUsualTracking_ms * frames);
   std::size_t guess = 0;
   for (std::size_t k = 0; k < run_qualities().size(); ++k) {
-    const RunQuality& quality = run_qualities()[k];
-    const double ms = kUsualTracking_ms + quality.about_frame_ms + quality.about_start_ms / frames;
-    if (ms <= budget_ms) guess = k;
+    if (passed + slower * about_ms(run_qualities()[k], frames) <= kRoom * budget_ms * frames) {
+      guess = k;
+    }
   }
   return guess;
 }
@@ -182,9 +196,8 @@ RunPick pick_by_trials(double budget_ms,
     const double scale = cost.frame_ms / all[at].about_frame_ms;
     std::optional<std::size_t> next;
     for (std::size_t k = best ? *best + 1 : 0; k < too_slow; ++k) {
-      const double ms = all[k].about_start_ms +
-                        all[k].about_frame_ms * static_cast<double>(kTrialFrames + num_frames);
-      if (passed_ms() + scale * ms <= kRoom * whole_ms) next = k;
+      const double ms = scale * about_ms(all[k], static_cast<double>(num_frames));
+      if (passed_ms() + ms <= kRoom * whole_ms) next = k;
     }
     if (!next && !best && too_slow > 0) next = 0;
     if (!next) break;
@@ -199,20 +212,22 @@ RunPick pick_by_trials(double budget_ms,
 }
 
 RunPick pick_for_run(double budget_ms,
-                     std::size_t guess,
-                     RunFaces first,
+                     RunFaces draft,
                      const RunTask& task,
                      const std::function<double()>& passed_ms) {
+  const std::size_t num_frames = task.tracked.contours.size();
+  const std::size_t guess =
+      guess_quality(budget_ms, num_frames, slowness(task.tracked), passed_ms());
   std::map<std::size_t, RunFaces> faces;
-  faces[guess] = std::move(first);
+  faces[0] = std::move(draft);
   const auto cost_of = [&](std::size_t k) {
     const RunQuality& quality = run_qualities()[k];
     if (task.stop && task.stop()) return RunCost();
     if (!faces.contains(k)) faces[k] = prepare_faces(quality, task.stop);
     return try_quality(quality, faces[k], task);
   };
-  RunPick pick = pick_by_trials(budget_ms, guess, task.tracked.contours.size(), cost_of, passed_ms);
-  if (!faces.contains(pick.quality)) pick.quality = guess;  // stopped
+  RunPick pick = pick_by_trials(budget_ms, guess, num_frames, cost_of, passed_ms);
+  if (!faces.contains(pick.quality)) pick.quality = 0;  // stopped
   pick.faces = std::move(faces[pick.quality]);
   return pick;
 }

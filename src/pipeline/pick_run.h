@@ -63,13 +63,19 @@ struct RunPick {
   bool fits = true;          // false: not even the quickest does, which is the one picked
 };
 
-// The level to get ready for while the clip is being tracked.
-std::size_t guess_quality(double budget_ms, int num_frames);
+// How much slower tracking is than where levels were measured: as a first guess everything is.
+double slowness(const TrackedVideo& tracked);
 
-// `passed_ms`: since the run began. `first` are the faces of the level `guess`.
+// The level that will probably fit on a machine that much slower, `passed_ms` after the run began;
+// without them before anything is done on a usual one. num_frames 0: nobody knows.
+std::size_t guess_quality(double budget_ms,
+                          std::size_t num_frames,
+                          double slower = 1.0,
+                          std::optional<double> passed_ms = {});
+
+// `passed_ms`: since the run began. `draft` are the faces of the quickest level.
 RunPick pick_for_run(double budget_ms,
-                     std::size_t guess,
-                     RunFaces first,
+                     RunFaces draft,
                      const RunTask& task,
                      const std::function<double()>& passed_ms);
 

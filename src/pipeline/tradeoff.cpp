@@ -42,9 +42,7 @@ PlotPanel panel_of(const TradeoffStage& stage) {
     family.names.push_back(row.quality.starts_with("between") ? "" : row.quality);
   }
   PlotPanel panel{stage.name + ", against " + against,
-                  {stage.name == "whole run" ? "time on the wall per frame (ms)"
-                                             : "processor time per frame (ms)",
-                   true},
+                  {"processor time per frame (ms)", true},
                   {stage.error_name + " (" + stage.error_unit + ")", true},
                   {front}};
   for (const auto& [name, series] : families) panel.series.push_back(series);

@@ -8,10 +8,8 @@
 //   retarget  its contours estimated with the closed form or at three levels of the face model,
 //             live or in windows; against the true contractions, or without them the lattice in
 //             long windows, solved to the end
-//   run       the whole chain as the levels of --quality set it
 //
-// Time is processor time of the thread that works: what others do meanwhile hardly counts. Of the
-// whole run it is time on the wall, drawing and encoding in several threads and all.
+// Time is processor time of the thread that works: what others do meanwhile hardly counts.
 #pragma once
 
 #include <string>

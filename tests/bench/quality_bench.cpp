@@ -5,9 +5,10 @@
 //   quality_bench budgets CLIP [TRIES] [RESULT.csv]
 //
 // Levels run in this process, stage after stage as `zygoma run` does them, alternating; medians are
-// reported. The truth lies beside the clip: CLIP without .mp4, and .contractions.csv,
-// .contours.csv. Budgets are given to the program itself, one after the other, from just above what
-// the quickest level takes up to what the reference takes, and what it says is read.
+// reported, on the wall and of the processors (all threads; what is plotted). The truth lies beside
+// the clip: CLIP without .mp4, and .contractions.csv, .contours.csv. Budgets are given to the
+// program itself, one after the other, from just above what the quickest level takes up to what the
+// reference takes, and what it says is read.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -124,7 +125,7 @@ int measure_levels(const std::string& clip, int repeats, const std::string& csv,
     TradeoffRow row;
     row.quality = all[k].name;
     row.family = "levels";
-    row.frame_ms = median(runs[k].wall_ms);
+    row.frame_ms = median(runs[k].cpu_ms);
     row.error = runs[k].contraction_rms;
     stage.rows.push_back(row);
   }

@@ -236,7 +236,7 @@ struct Machine {
       return cost;
     };
     now_ms = 5.0 * slower * static_cast<double>(num_frames);  // tracked
-    const std::size_t guess = guess_quality(budget_ms, static_cast<int>(num_frames));
+    const std::size_t guess = guess_quality(budget_ms, num_frames, slower, now_ms);
     return pick_by_trials(budget_ms, guess, num_frames, cost_of, [&] { return now_ms; });
   }
 };

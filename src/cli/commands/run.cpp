@@ -1,4 +1,5 @@
 // zygoma run: a video in, its reconstruction by muscles out. track, retarget and animate in one.
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <functional>
@@ -115,7 +116,6 @@ class RunCommand : public Command {
   // What this run is done with.
   struct Choice {
     RunQuality quality;
-    std::size_t level = 0;     // of run_qualities(), where it is one of a budget
     double expected_ms = 0.0;  // per frame, of the whole run; 0: nobody has tried
     std::string remark;
   };
@@ -173,13 +173,17 @@ class RunCommand : public Command {
     retargeting_.leave_quality_to(who);
   }
 
-  // The quality asked for; of a budget the one that it will probably be.
+  // The quality asked for; of a budget the quickest, to begin with.
   Choice choose(const VideoSource& source) const {
     const VideoReader probe(source);
     Choice choice;
     if (face_.budget_ms() > 0.0) {
-      choice.level = guess_quality(face_.budget_ms(), probe.info().about_num_frames);
-      choice.quality = run_qualities()[choice.level];
+      // The tracker has to know before the clip does; the faces wait for what tracking tells.
+      const auto about_frames =
+          static_cast<std::size_t>(std::max(0, probe.info().about_num_frames));
+      choice.quality = run_qualities().front();
+      choice.quality.second_looks =
+          run_qualities()[guess_quality(face_.budget_ms(), about_frames)].second_looks;
       return choice;
     }
     choice.quality = face_.tolerance_mm() > 0.0
@@ -207,9 +211,8 @@ class RunCommand : public Command {
                        scratch,
                        context.stop};
     context.progress.begin("try qualities", 0);
-    RunPick found = pick_for_run(face_.budget_ms(), choice.level, std::move(first), task, [&] {
-      return since_start.elapsed_ms();
-    });
+    RunPick found = pick_for_run(
+        face_.budget_ms(), std::move(first), task, [&] { return since_start.elapsed_ms(); });
     context.progress.end();
     choice.quality = run_qualities()[found.quality];
     choice.expected_ms = found.expected_ms;
