@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tracker/mouth_start.h"
+
 namespace zygoma {
 namespace {
 
-// Brow: p = {height of the middle, tilt, arch}. side = +1 left, -1 right.
+constexpr double kLowerEdge = 0.6;  // of a brow, against the upper
+
+// Brow: p = {height of the middle, tilt, arch, thickness}. side = +1 left, -1 right.
 std::vector<Point2> brow(double side, const std::vector<double>& p) {
   std::vector<Point2> nodes;
   for (int i = 0; i < 9; ++i) {
@@ -83,15 +87,35 @@ std::vector<Point2> settle(std::vector<Point2> nodes,
   return resample(snake.nodes(), static_cast<int>(nodes.size()));
 }
 
+// How much a contour stays where the search saw it: furrows hardly show, and next to a pale border
+// of the lips is the dark line between them.
+double hold_of(FeatureIndex feature) {
+  switch (feature) {
+    case kFurrowLeft:
+    case kFurrowRight:
+      return 0.2;
+    case kUpperLip:
+    case kLowerLip:
+      return 0.1;
+    default:
+      return 0.02;
+  }
+}
+
 void place_brow(const Evidence& evidence, FeatureIndex feature, ContourNodes& out) {
   const double side = feature == kBrowLeft ? 1.0 : -1.0;
   ShapeFamily model;
-  model.usual = {-0.42, 0.0, 0.06};
-  model.spread = {0.07, 0.06, 0.04};
-  model.reach = {0.2, 0.12, 0.08};
+  model.usual = {-0.42, 0.0, 0.06, 0.1};
+  model.spread = {0.07, 0.06, 0.04, 0.025};
+  model.reach = {0.22, 0.12, 0.08, 0.05};
   model.prior_weight = 0.1;
+  // The lashes of an open eye have such an upper edge too, but under them is the eye, not skin.
   model.evidence = [&evidence, feature, side](const std::vector<double>& p) {
-    return evidence_under(evidence, feature, brow(side, p));
+    const std::vector<Point2> upper = brow(side, p);
+    std::vector<Point2> lower = upper;
+    for (Point2& node : lower) node.y() += p[3] * kChartEyeDistance;
+    return evidence_under(evidence, feature, upper) +
+           kLowerEdge * evidence_under(evidence, kNoseTip, lower);
   };
   out[feature] = brow(side, search(model));
 }
@@ -147,16 +171,15 @@ PlacedFace place_contours(const FaceChart& chart) {
   LipMap& lips = face.lips;
   Mouth& mouth = face.mouth;
   out = template_contours();
-  Evidence evidence = make_evidence(chart, lips);
-  for (int round = 0; round < 3; ++round) {
-    mouth = find_mouth(evidence, lips.learned());
-    out[kUpperLip] = lip_nodes(mouth, true);
-    out[kLowerLip] = lip_nodes(mouth, false);
-    if (round == 2 || !lips.learn(chart.colour, out[kUpperLip], out[kLowerLip])) break;
-    EvidenceOptions places;
-    places.mouth_line_px = out[kUpperLip].front().y();
-    evidence = make_evidence(chart, lips, places);
-  }
+  const MouthStart start = start_mouth(chart);
+  mouth = start.mouth;
+  face.rest = start.rest;
+  lips = start.lips;
+  out[kUpperLip] = lip_nodes(mouth, true);
+  out[kLowerLip] = lip_nodes(mouth, false);
+  EvidenceOptions places;
+  places.mouth_line_px = out[kUpperLip].front().y();
+  const Evidence evidence = make_evidence(chart, lips, places);
   place_brow(evidence, kBrowLeft, out);
   place_brow(evidence, kBrowRight, out);
   face.left_lid = find_lid(evidence, true);
@@ -175,7 +198,9 @@ PlacedFace place_contours(const FaceChart& chart) {
     return evidence_under(evidence, kNoseTip, nose(p));
   };
   out[kNoseTip] = nose(search(model));
-  model.usual = {mouth_y + 0.71, 0.0};
+  // An open jaw carries the chin down with the lower lip.
+  const double opening = mouth.p[Mouth::kLower] - start.rest.p[Mouth::kLower];
+  model.usual = {mouth_y + 0.71 + 0.7 * opening, 0.0};
   model.spread = {0.05, 0.05};
   model.reach = {0.16, 0.06};
   model.evidence = [&evidence](const std::vector<double>& p) {
@@ -200,8 +225,8 @@ PlacedFace place_contours(const FaceChart& chart) {
     options.lips_sigma_px *= blur;
     const Evidence level = make_evidence(chart, lips, options);
     for (size_t f = 0; f < kNumFeatures; ++f) {
-      const bool weak = f == kFurrowLeft || f == kFurrowRight;
-      out[f] = settle(out[f], level, static_cast<FeatureIndex>(f), weak ? 0.2 : 0.02);
+      const auto feature = static_cast<FeatureIndex>(f);
+      out[f] = settle(out[f], level, feature, hold_of(feature));
     }
     const auto join = [](Point2& a, Point2& b) { a = b = 0.5 * (a + b); };
     join(out[kUpperLip].front(), out[kLowerLip].front());

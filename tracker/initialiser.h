@@ -23,6 +23,7 @@ struct PlacedFace {
   ContourNodes contours;
   LipMap lips;  // its skin
   Mouth mouth;
+  Mouth rest;  // the same when closed
   Lid left_lid, right_lid;
 };
 

@@ -27,17 +27,6 @@ const std::vector<float>& saturation() {
   return table;
 }
 
-// Pseudo-hue, share of blue, brightness: all about [0, 1]. The constants keep near-black pixels,
-// whose colour is noise, neutral.
-Eigen::Vector3f features(const cv::Vec3b& bgr) {
-  const float blue = bgr[0];
-  const float green = bgr[1];
-  const float red = bgr[2];
-  return {(red + 8.0F) / (red + green + 16.0F),
-          (blue + 6.0F) / (red + green + blue + 18.0F),
-          (0.3F * red + 0.6F * green + 0.1F * blue) / 255.0F};
-}
-
 // The outline grown about its middle, as a mask.
 cv::Mat grown(const cv::Size& size,
               const std::vector<Point2>& outline,
@@ -59,6 +48,15 @@ cv::Mat grown(const cv::Size& size,
 
 }  // namespace
 
+Eigen::Vector3f colour_features(const cv::Vec3b& bgr) {
+  const float blue = bgr[0];
+  const float green = bgr[1];
+  const float red = bgr[2];
+  return {(red + 8.0F) / (red + green + 16.0F),
+          (blue + 6.0F) / (red + green + blue + 18.0F),
+          (0.3F * red + 0.6F * green + 0.1F * blue) / 255.0F};
+}
+
 bool LipMap::learn(const cv::Mat& bgr,
                    const std::vector<Point2>& upper_lip,
                    const std::vector<Point2>& lower_lip) {
@@ -73,9 +71,9 @@ bool LipMap::learn(const cv::Mat& bgr,
   for (int row = 0; row < bgr.rows; ++row) {
     for (int column = 0; column < bgr.cols; ++column) {
       if (inside.at<uchar>(row, column)) {
-        lips.push_back(features(soft.at<cv::Vec3b>(row, column)));
+        lips.push_back(colour_features(soft.at<cv::Vec3b>(row, column)));
       } else if (far.at<uchar>(row, column) && !near.at<uchar>(row, column)) {
-        skin.push_back(features(soft.at<cv::Vec3b>(row, column)));
+        skin.push_back(colour_features(soft.at<cv::Vec3b>(row, column)));
       }
     }
   }
@@ -116,7 +114,7 @@ cv::Mat LipMap::apply(const cv::Mat& bgr) const {
     const cv::Vec3b* in = soft.ptr<cv::Vec3b>(row);
     float* out = map.ptr<float>(row);
     for (int column = 0; column < bgr.cols; ++column) {
-      const Eigen::Vector3f f = features(in[column]);
+      const Eigen::Vector3f f = colour_features(in[column]);
       if (!learned_) {
         out[column] = 255.0F * f[0];
         continue;

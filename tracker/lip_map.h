@@ -19,6 +19,10 @@
 
 namespace zygoma {
 
+// Pseudo-hue, share of blue, brightness of a pixel, all about [0, 1]. Near-black pixels, whose
+// colour is noise, come out neutral.
+Eigen::Vector3f colour_features(const cv::Vec3b& bgr);
+
 class LipMap {
  public:
   // Learns skin from the ring about the mouth and c from the lips; chart pixels. False, and

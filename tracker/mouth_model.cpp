@@ -93,9 +93,9 @@ std::vector<Point2> lip_nodes(const Mouth& mouth, bool upper) {
   return nodes;
 }
 
-Mouth find_mouth(const Evidence& evidence, bool use_region) {
+Mouth find_mouth(const Evidence& evidence, const Mouth& usual, bool use_region) {
   ShapeFamily family;
-  family.usual = Mouth().p;
+  family.usual = usual.p;
   family.spread = {0.08, 0.06, 0.03, 0.05, 0.045, 0.03, 0.02};
   family.reach = {0.26, 0.14, 0.09, 0.09, 0.14, 0.05, 0.08};
   family.prior_weight = 0.08;

@@ -27,8 +27,8 @@ struct Mouth {
 
 std::vector<Point2> lip_nodes(const Mouth& mouth, bool upper);
 
-// Without history: over all usual mouths. `use_region` only with a learned lip map.
-Mouth find_mouth(const Evidence& evidence, bool use_region);
+// Without history: over all mouths about a usual one. `use_region` only with a learned lip map.
+Mouth find_mouth(const Evidence& evidence, const Mouth& usual, bool use_region);
 // With history: the better of climbs from the last mouth and from the most promising of the
 // person's resting mouth closed, open and smiling, so that no quick move leaves the search in the
 // wrong hollow. The prior holds the last mouth.

@@ -273,7 +273,7 @@ struct Tracker::Impl {
   ContourNodes at_start;  // where the contours were placed
   LipMap lips;
   Mouth mouth;
-  Mouth rest;               // where it started
+  Mouth rest;               // where it started, closed
   std::array<Lid, 2> lids;  // left, right
   SeamCorners seam;
   ChinPatch chin_patch;
@@ -398,7 +398,7 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
     if (!given_nodes[f].empty()) contours[f] = given_nodes[f];
   }
   at_start = contours;
-  rest = mouth;
+  rest = placed.rest;
   seam.forget();
   chin_patch.learn(chart.grey, middle_of(contours[kChinBoss]));
   judge_start(make_evidence(chart, lips), given_nodes);

@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -24,6 +23,7 @@
 #include "face/head_mesh.h"
 #include "face/head_shape.h"
 #include "tests/support/shape_parameters.h"
+#include "tests/support/shared_folder.h"
 
 namespace zygoma {
 namespace {
@@ -358,10 +358,7 @@ void PrintTo(const Scan& scan, std::ostream* out) { *out << scan.file; }
 class HeadFit : public testing::TestWithParam<Scan> {};
 
 TEST_P(HeadFit, ComesWithinMillimetresOfThisHead) {
-  const char* given = std::getenv("ZYGOMA_SHARED");
-  const std::string shared =
-      given != nullptr ? given : std::string(ZYGOMA_SOURCE_DIR) + "/../shared";
-  const std::string path = shared + "/meshes/" + GetParam().file;
+  const std::string path = shared_folder() + "/meshes/" + GetParam().file;
   if (!std::filesystem::exists(path)) {
     GTEST_SKIP() << GetParam().file << " is not there; ZYGOMA_SHARED names the folder";
   }

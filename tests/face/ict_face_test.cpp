@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -14,6 +13,7 @@
 
 #include "face/facs.h"
 #include "face/generic_head.h"
+#include "tests/support/shared_folder.h"
 
 namespace zygoma {
 namespace {
@@ -21,10 +21,7 @@ namespace {
 constexpr int kNumFaceVertices = 9409;  // theirs: the front of the face comes first
 
 std::string mesh_path(const std::string& name) {
-  const char* given = std::getenv("ZYGOMA_SHARED");
-  const std::string shared =
-      given != nullptr ? given : std::string(ZYGOMA_SOURCE_DIR) + "/../shared";
-  return shared + "/meshes/ict_face/" + name + ".obj";
+  return shared_folder() + "/meshes/ict_face/" + name + ".obj";
 }
 
 std::vector<Vec3> read_positions(const std::string& path) {

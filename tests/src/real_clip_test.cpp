@@ -1,25 +1,19 @@
-// The whole chain on a real smile: ../shared/video/smile.mp4, or the same below the folder that
-// the environment variable ZYGOMA_SHARED names.
+// The whole chain on a real smile.
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <map>
-#include <sstream>
 
 #include "src/io/contours_file.h"
 #include "src/io/contractions_file.h"
 #include "src/io/video_reader.h"
 #include "tests/src/program.h"
 #include "tests/src/scratch_folder.h"
+#include "tests/support/reference_track.h"
+#include "tests/support/shared_folder.h"
 
 namespace zygoma {
 namespace {
-
-std::string shared_folder() {
-  const char* given = std::getenv("ZYGOMA_SHARED");
-  return given != nullptr ? given : std::string(ZYGOMA_SOURCE_DIR) + "/../shared";
-}
 
 int num_pictures(const std::string& video) {
   VideoReader reader(video);
@@ -27,32 +21,6 @@ int num_pictures(const std::string& video) {
   int count = 0;
   while (reader.read(frame)) ++count;
   return count;
-}
-
-// The 68 points of Sagonas et al. (300-W), numbered from 0: 36..41 the subject's right eye, 42..47
-// the left one, 48 and 54 the right and the left corner of the mouth.
-using Landmarks = std::vector<Point2>;
-
-std::map<int, Landmarks> read_reference(const std::string& path) {
-  std::istringstream lines(bytes_of(path));
-  std::map<int, Landmarks> frames;
-  std::string line;
-  std::getline(lines, line);
-  while (std::getline(lines, line)) {
-    std::istringstream cells(line);
-    std::vector<double> numbers;
-    for (std::string cell; std::getline(cells, cell, ',');) numbers.push_back(std::stod(cell));
-    if (numbers.size() != 2 + 2 * 68) continue;
-    Landmarks& points = frames[static_cast<int>(numbers[0])];
-    for (int i = 0; i < 68; ++i) points.emplace_back(numbers[2 + 2 * i], numbers[3 + 2 * i]);
-  }
-  return frames;
-}
-
-Point2 mean_of(const Landmarks& points, int first, int last) {
-  Point2 sum(0.0, 0.0);
-  for (int i = first; i <= last; ++i) sum += points[i];
-  return sum / (last - first + 1);
 }
 
 // Where a point lies as the eyes see it: origin between them, x towards the subject's left eye, the
