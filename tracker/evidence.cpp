@@ -22,9 +22,14 @@ void add_dark_lines(const cv::Mat& grey, double corner_row, cv::Mat& map) {
   cv::Mat smooth, curvature;
   cv::GaussianBlur(grey, smooth, cv::Size(), 2.0, 1.4);
   smooth.convertTo(smooth, CV_32F);
-  const cv::Matx<float, 1, 5> second(0.25F, 0.0F, -0.5F, 0.0F, 0.25F);
-  const cv::Matx<float, 1, 1> one(1.0F);
-  cv::sepFilter2D(smooth, curvature, CV_32F, one, second, {-1, -1}, 0, cv::BORDER_REPLICATE);
+  curvature.create(smooth.size(), CV_32F);
+  for (int row = 0; row < smooth.rows; ++row) {
+    const float* above = smooth.ptr<float>(std::max(0, row - 2));
+    const float* here = smooth.ptr<float>(row);
+    const float* below = smooth.ptr<float>(std::min(smooth.rows - 1, row + 2));
+    float* out = curvature.ptr<float>(row);
+    for (int i = 0; i < smooth.cols; ++i) out[i] = 0.25F * (above[i] + below[i]) - 0.5F * here[i];
+  }
   std::vector<float> sorted;  // every other pixel of every other row
   for (int row = 0; row < curvature.rows; row += 2) {
     const float* line = curvature.ptr<float>(row);
@@ -78,28 +83,23 @@ cv::Mat column_sums(const cv::Mat& map) {
   return sums;
 }
 
-// Unit normals to the right of the walk in picture coordinates (y down), made to point downwards.
-std::vector<Point2> downward_normals(const std::vector<Point2>& nodes) {
-  std::vector<Point2> normals(nodes.size(), Point2(0.0, 1.0));
-  for (size_t i = 0; i < nodes.size(); ++i) {
-    const Point2 along = nodes[std::min(i + 1, nodes.size() - 1)] - nodes[i > 0 ? i - 1 : 0];
-    const double length = along.norm();
-    if (length < 1e-6) continue;
-    Point2 normal{-along.y() / length, along.x() / length};
-    if (normal.y() < 0.0) normal = -normal;
-    normals[i] = normal;
-  }
-  return normals;
+// Unit normal to the right of the walk in picture coordinates (y down), made to point downwards.
+Point2 downward_normal(const std::vector<Point2>& nodes, size_t i) {
+  const Point2 along = nodes[std::min(i + 1, nodes.size() - 1)] - nodes[i > 0 ? i - 1 : 0];
+  const double length = along.norm();
+  if (length < 1e-6) return {0.0, 1.0};
+  const double sign = along.x() < 0.0 ? -1.0 : 1.0;
+  return sign / length * Point2(-along.y(), along.x());
 }
 
 }  // namespace
 
 double Evidence::lip_column(double x, double top, double bottom) const {
-  if (!(bottom > top) || lip_sums.empty()) return 0.0;
-  const int column = std::clamp(static_cast<int>(std::lround(x)), 0, lip_sums.cols - 1);
+  const int column = static_cast<int>(std::lround(x)) - kLowerFace.x;
+  if (!(bottom > top) || column < 0 || column >= lip_sums.cols) return 0.0;
   // Pixel r covers [r - 1/2, r + 1/2]: its upper border is row r of the sums.
   const auto above = [&](double y) {
-    const double row = std::clamp(y + 0.5, 0.0, lip_sums.rows - 1.001);
+    const double row = std::clamp(y - kLowerFace.y + 0.5, 0.0, lip_sums.rows - 1.001);
     const int r = static_cast<int>(row);
     const double u = row - r;
     return (1.0 - u) * static_cast<double>(lip_sums.at<float>(r, column)) +
@@ -111,8 +111,8 @@ double Evidence::lip_column(double x, double top, double bottom) const {
 Evidence make_evidence(const FaceChart& chart, const LipMap& lips, const EvidenceOptions& options) {
   Evidence evidence;
   evidence.fine = PotentialField(chart.grey, kFaceBox, {options.fine_sigma_px, 0.95, 1.0});
-  evidence.chin = PotentialField(chart.grey, kChinBox, {options.coarse_sigma_px, 0.95, 1.0});
-  evidence.hair = PotentialField(chart.grey, kHairBox, {options.coarse_sigma_px, 0.95, 1.0});
+  evidence.chin = PotentialField(chart.grey, kChinBox, {options.coarse_sigma_px, 0.95, 1.0, 2});
+  evidence.hair = PotentialField(chart.grey, kHairBox, {options.coarse_sigma_px, 0.95, 1.0, 2});
   cv::Mat map(chart.grey.size(), CV_32F, cv::Scalar(0.0));
   cv::Mat mouth = map(kLowerFace);
   lips.apply(chart.colour(kLowerFace)).copyTo(mouth);
@@ -120,60 +120,67 @@ Evidence make_evidence(const FaceChart& chart, const LipMap& lips, const Evidenc
     add_dark_lines(chart.grey(kLowerFace), options.mouth_line_px - kLowerFace.y, mouth);
     const double first_row = options.nose_base_px + 0.02 * kChartEyeDistance - kLowerFace.y;
     fill(mouth, static_cast<int>(first_row));
-    evidence.lip_sums = column_sums(map);
+    evidence.lip_sums = column_sums(mouth);
   }
   evidence.lips = PotentialField(map, kLowerFace, {options.lips_sigma_px, 0.95, 0.15});
   return evidence;
 }
 
-ContourLandscape::ContourLandscape(const Evidence& evidence,
-                                   FeatureIndex feature,
-                                   const std::vector<Point2>& nodes)
-    : normals_(downward_normals(nodes)) {
+namespace {
+
+EvidenceTerms evidence_terms(const Evidence& evidence, FeatureIndex feature) {
+  using Term = EvidenceTerm;
   switch (feature) {
     case kBrowLeft:
     case kBrowRight:
     case kEyelidLeft:
     case kEyelidRight:
-      terms_[0] = {&evidence.fine, 1.0, -1.0};
-      break;
+      return {Term{&evidence.fine, 1.0, -1.0}};
     case kNoseTip:
-      terms_[0] = {&evidence.fine, 1.0, 1.0};
-      break;
+      return {Term{&evidence.fine, 1.0, 1.0}};
     case kUpperLip:
-      terms_ = {Term{&evidence.lips, 0.65, 1.0}, Term{&evidence.fine, 0.35, -1.0}};
-      break;
+      return {Term{&evidence.lips, 0.65, 1.0}, Term{&evidence.fine, 0.35, -1.0}};
     case kLowerLip:
-      terms_ = {Term{&evidence.lips, 0.75, -1.0}, Term{&evidence.fine, 0.25, 1.0}};
-      break;
+      return {Term{&evidence.lips, 0.75, -1.0}, Term{&evidence.fine, 0.25, 1.0}};
     case kFurrowLeft:
     case kFurrowRight:
-      terms_[0] = {&evidence.fine, 0.5, 0.0};
-      break;
+      return {Term{&evidence.fine, 0.5, 0.0}};
     case kChinBoss:
-      terms_[0] = {&evidence.chin, 1.0, -1.0};
-      break;
+      return {Term{&evidence.chin, 1.0, -1.0}};
     case kHairline:
-      terms_[0] = {&evidence.hair, 1.0, 0.0};
-      break;
+      return {Term{&evidence.hair, 1.0, 0.0}};
     case kNumFeatures:
       break;
   }
+  return {};
 }
 
-double ContourLandscape::potential(size_t node, const Point2& x) const {
+double potential_of(const EvidenceTerms& terms, const Point2& x, const Point2& normal) {
   double sum = 0.0;
-  for (const Term& term : terms_) {
+  for (const EvidenceTerm& term : terms) {
     if (term.field == nullptr) break;
     sum += term.weight * (term.sign == 0.0 ? term.field->potential(x)
-                                           : term.field->potential(x, term.sign * normals_[node]));
+                                           : term.field->potential(x, term.sign * normal));
   }
   return sum;
 }
 
+}  // namespace
+
+ContourLandscape::ContourLandscape(const Evidence& evidence,
+                                   FeatureIndex feature,
+                                   const std::vector<Point2>& nodes)
+    : terms_(evidence_terms(evidence, feature)) {
+  for (size_t i = 0; i < nodes.size(); ++i) normals_.push_back(downward_normal(nodes, i));
+}
+
+double ContourLandscape::potential(size_t node, const Point2& x) const {
+  return potential_of(terms_, x, normals_[node]);
+}
+
 Point2 ContourLandscape::gradient(size_t node, const Point2& x) const {
   Point2 sum = Point2::Zero();
-  for (const Term& term : terms_) {
+  for (const EvidenceTerm& term : terms_) {
     if (term.field == nullptr) break;
     sum += term.weight * (term.sign == 0.0 ? term.field->gradient(x)
                                            : term.field->gradient(x, term.sign * normals_[node]));
@@ -184,9 +191,11 @@ Point2 ContourLandscape::gradient(size_t node, const Point2& x) const {
 double evidence_under(const Evidence& evidence,
                       FeatureIndex feature,
                       const std::vector<Point2>& nodes) {
-  const ContourLandscape landscape(evidence, feature, nodes);
+  const EvidenceTerms terms = evidence_terms(evidence, feature);
   double sum = 0.0;
-  for (size_t i = 0; i < nodes.size(); ++i) sum -= landscape.potential(i, nodes[i]);
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    sum -= potential_of(terms, nodes[i], downward_normal(nodes, i));
+  }
   return nodes.empty() ? 0.0 : sum / static_cast<double>(nodes.size());
 }
 

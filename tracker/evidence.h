@@ -51,7 +51,8 @@ struct Evidence {
   PotentialField chin;  // brightness, large scale, about the chin
   PotentialField hair;  // the same about the hairline
   PotentialField lips;  // the lip map
-  cv::Mat lip_sums;     // the filled lip map (of one) summed down each column, row r: above r
+  // The filled lip map (of one) of the lower face summed down each column, row r: above r.
+  cv::Mat lip_sums;
 
   // Integral of the lip map down a column between two heights, chart px.
   double lip_column(double x, double top, double bottom) const;
@@ -69,6 +70,14 @@ Evidence make_evidence(const FaceChart& chart,
                        const LipMap& lips,
                        const EvidenceOptions& options = {});
 
+// One of the edges that a contour looks for.
+struct EvidenceTerm {
+  const PotentialField* field = nullptr;
+  double weight = 0.0;
+  double sign = 0.0;  // of the downward normal along which the field should rise; 0: either
+};
+using EvidenceTerms = std::array<EvidenceTerm, 2>;  // those with a field
+
 // The landscape of one contour about its present nodes: their normals fix the polarity.
 class ContourLandscape : public ImageLandscape {
  public:
@@ -79,12 +88,7 @@ class ContourLandscape : public ImageLandscape {
   Point2 gradient(size_t node, const Point2& x) const override;
 
  private:
-  struct Term {
-    const PotentialField* field = nullptr;
-    double weight = 0.0;
-    double sign = 0.0;  // of the downward normal along which the field should rise; 0: either
-  };
-  std::array<Term, 2> terms_;    // those with a field
+  EvidenceTerms terms_;
   std::vector<Point2> normals_;  // to the right of the walk from the subject's right to left: down
 };
 

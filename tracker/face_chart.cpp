@@ -10,45 +10,51 @@
 namespace zygoma {
 namespace {
 
-// The part of the picture under the chart, shrunk by whole factors until one chart pixel covers at
-// most 1.5 of its pixels (plain linear sampling would alias). Returns its own similarity.
-cv::Mat shrink_to_chart(const cv::Mat& image, Similarity& image_from_chart) {
-  const int factor = static_cast<int>(std::lround(std::floor(image_from_chart.scale() / 1.5)));
-  if (factor < 2) return image;
+enum class Channels { kColour, kGrey };
+
+// The part of the picture under a box of the chart, shrunk by whole factors until one chart pixel
+// covers at most 1.5 of its pixels (plain linear sampling would alias). `image_from_chart` becomes
+// that of the part.
+cv::Mat part_under(const Picture& picture,
+                   Channels channels,
+                   const cv::Rect& box,
+                   Similarity& image_from_chart) {
+  const int factor = std::max(1, static_cast<int>(std::floor(image_from_chart.scale() / 1.5)));
   double left = 1e9, top = 1e9, right = -1e9, bottom = -1e9;
-  for (const Point2& corner : {Point2{0, 0},
-                               Point2{kChartWidth, 0},
-                               Point2{0, kChartHeight},
-                               Point2{kChartWidth, kChartHeight}}) {
-    const Point2 p = image_from_chart.apply(corner);
+  for (const cv::Point& corner : {box.tl(), {box.br().x, box.y}, {box.x, box.br().y}, box.br()}) {
+    const Point2 p = image_from_chart.apply(Point2(corner.x, corner.y));
     left = std::min(left, p.x());
     right = std::max(right, p.x());
     top = std::min(top, p.y());
     bottom = std::max(bottom, p.y());
   }
   // Whole multiples of the factor, so that the shrunk grid does not shift as the face moves.
+  const cv::Size size = picture.size();
   const int x0 = std::max(0, static_cast<int>(left) / factor - 1) * factor;
   const int y0 = std::max(0, static_cast<int>(top) / factor - 1) * factor;
-  const int columns = (std::min(image.cols, static_cast<int>(right) + 2 * factor) - x0) / factor;
-  const int rows = (std::min(image.rows, static_cast<int>(bottom) + 2 * factor) - y0) / factor;
-  if (columns < 2 || rows < 2) return image;
-  cv::Mat small;
-  cv::resize(image(cv::Rect(x0, y0, columns * factor, rows * factor)),
-             small,
-             cv::Size(columns, rows),
-             0,
-             0,
-             cv::INTER_AREA);
+  const int columns = (std::min(size.width, static_cast<int>(right) + 2 * factor) - x0) / factor;
+  const int rows = (std::min(size.height, static_cast<int>(bottom) + 2 * factor) - y0) / factor;
+  const auto taken = [&](const cv::Rect& part) {
+    return channels == Channels::kGrey ? picture.grey(part) : picture.bgr(part);
+  };
+  if (columns < 2 || rows < 2) return taken({{}, size});
   const double f = factor;
-  const Similarity small_from_image{
+  const Similarity part_from_image{
       1.0 / f, 0.0, Point2{(0.5 - x0) / f - 0.5, (0.5 - y0) / f - 0.5}};
-  image_from_chart = small_from_image.after(image_from_chart);
+  image_from_chart = part_from_image.after(image_from_chart);
+  const cv::Mat part = taken(cv::Rect(x0, y0, columns * factor, rows * factor));
+  if (factor == 1) return part;
+  cv::Mat small;
+  cv::resize(part, small, cv::Size(columns, rows), 0, 0, cv::INTER_AREA);
   return small;
 }
 
 // A box of the chart.
-cv::Mat resampled(const cv::Mat& image, Similarity image_from_chart, const cv::Rect& box) {
-  const cv::Mat source = shrink_to_chart(as_bgr(image), image_from_chart);
+cv::Mat resampled(const Picture& picture,
+                  Channels channels,
+                  const cv::Rect& box,
+                  Similarity image_from_chart) {
+  const cv::Mat source = part_under(picture, channels, box, image_from_chart);
   const Similarity& s = image_from_chart;
   const Point2 corner = s.apply(Point2(box.x, box.y));
   const cv::Matx23d matrix(s.a, -s.b, corner.x(), s.b, s.a, corner.y());
@@ -85,42 +91,35 @@ Similarity image_from_chart(const Point2& right_eye_px, const Point2& left_eye_p
       chart_point(-0.5, 0.0), chart_point(0.5, 0.0), right_eye_px, left_eye_px);
 }
 
-cv::Mat as_bgr(const cv::Mat& image) {
-  cv::Mat bgr;
-  if (image.empty() || image.depth() != CV_8U) return bgr;
-  if (image.channels() == 3) return image;
-  if (image.channels() == 1) cv::cvtColor(image, bgr, cv::COLOR_GRAY2BGR);
-  if (image.channels() == 4) cv::cvtColor(image, bgr, cv::COLOR_BGRA2BGR);
-  return bgr;
-}
-
 double level_of(const FaceChart& chart) { return cv::mean(chart.grey(kLevelBox))[0]; }
 
-FaceChart make_face_chart(const cv::Mat& image, const Similarity& image_from_chart, double gain) {
+FaceChart make_face_chart(const Picture& picture, const Similarity& image_from_chart, double gain) {
   FaceChart chart;
   chart.image_from_chart = image_from_chart;
-  chart.colour = resampled(image, image_from_chart, cv::Rect(0, 0, kChartWidth, kChartHeight));
+  const cv::Rect all(0, 0, kChartWidth, kChartHeight);
+  chart.colour = resampled(picture, Channels::kColour, all, image_from_chart);
   expose(chart.colour, gain);
   cv::cvtColor(chart.colour, chart.grey, cv::COLOR_BGR2GRAY);
-  const cv::Size window(kFlowWindow, kFlowWindow);
-  cv::buildOpticalFlowPyramid(chart.grey, chart.pyramid, window, kFlowLevels);
-  // Cut out of the chart for good: a view would look beyond the box where a draft cannot.
-  cv::buildOpticalFlowPyramid(chart.grey(kCoreBox).clone(), chart.core, window, kFlowLevels);
+  cv::buildOpticalFlowPyramid(chart.grey, chart.pyramid, kFlowWindow, kFlowLevels);
   return chart;
 }
 
-FaceChart make_draft_chart(const cv::Mat& image,
-                           const Similarity& image_from_chart,
-                           Exposure& exposure) {
-  FaceChart chart;
-  chart.image_from_chart = image_from_chart;
-  cv::Mat grey;
-  cv::cvtColor(resampled(image, image_from_chart, kCoreBox), grey, cv::COLOR_BGR2GRAY);
+std::vector<cv::Mat> core_of(const FaceChart& chart) {
+  std::vector<cv::Mat> core;
+  // Cut out of the chart for good: a view would look beyond the box where a draft cannot.
+  cv::buildOpticalFlowPyramid(chart.grey(kCoreBox).clone(), core, kFlowWindow, kFlowLevels);
+  return core;
+}
+
+std::vector<cv::Mat> draft_of_core(const Picture& picture,
+                                   const Similarity& image_from_chart,
+                                   Exposure& exposure) {
+  cv::Mat grey = resampled(picture, Channels::kGrey, kCoreBox, image_from_chart);
   meter(cv::mean(grey(kLevelBox - kCoreBox.tl()))[0], exposure);
   expose(grey, exposure.gain);
-  const cv::Size window(kFlowWindow, kFlowWindow);
-  cv::buildOpticalFlowPyramid(grey, chart.core, window, kFlowLevels, false);
-  return chart;
+  std::vector<cv::Mat> core;
+  cv::buildOpticalFlowPyramid(grey, core, kFlowWindow, kFlowLevels, false);
+  return core;
 }
 
 }  // namespace zygoma

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "tracker/head_frame.h"
+#include "tracker/picture.h"
 
 namespace zygoma {
 
@@ -40,7 +41,6 @@ struct FaceChart {
   cv::Mat colour;                // 8-bit BGR
   cv::Mat grey;                  // 8-bit
   std::vector<cv::Mat> pyramid;  // of grey, for optical flow
-  std::vector<cv::Mat> core;     // pyramid of the core box alone
 };
 
 // The place of the face given its eye centres in the image.
@@ -51,19 +51,17 @@ inline Point2 chart_point(double x_iod, double y_iod) {
   return kChartEyeMiddle + kChartEyeDistance * Point2{x_iod, y_iod};
 }
 
-// Resamples the frame (8-bit, 1, 3 or 4 channels). Outside the picture the border repeats. A draft
-// has nothing but its core, and can only be flowed *to*.
-FaceChart make_face_chart(const cv::Mat& image,
+// Resamples the picture. Outside it the border repeats.
+FaceChart make_face_chart(const Picture& picture,
                           const Similarity& image_from_chart,
                           double gain = 1.0);
-// Measures the exposure.
-FaceChart make_draft_chart(const cv::Mat& image,
-                           const Similarity& image_from_chart,
-                           Exposure& exposure);
+// The pyramid of a chart's core, and that of a chart that has nothing else: it can only be flowed
+// *to*. The latter measures the exposure.
+std::vector<cv::Mat> core_of(const FaceChart& chart);
+std::vector<cv::Mat> draft_of_core(const Picture& picture,
+                                   const Similarity& image_from_chart,
+                                   Exposure& exposure);
 // Mean grey of the middle of the face.
 double level_of(const FaceChart& chart);
-
-// Any 8-bit picture as 8-bit BGR; empty if it is none.
-cv::Mat as_bgr(const cv::Mat& image);
 
 }  // namespace zygoma

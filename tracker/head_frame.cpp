@@ -61,12 +61,14 @@ Similarity best_pair(const std::vector<Point2>& from, const std::vector<Point2>&
     for (size_t j = i + stride; j < from.size(); j += stride) {
       if ((from[i] - from[j]).norm() < kMinPairSeparation) continue;
       const Similarity s = similarity_from_pair(from[i], from[j], to[i], to[j]);
-      for (size_t k = 0; k < from.size(); ++k) errors[k] = squared_error(s, from[k], to[k]);
-      const double value = median(errors);
-      if (value < best_median) {
-        best_median = value;
-        best = s;
+      size_t num_better = 0;
+      for (size_t k = 0; k < from.size(); ++k) {
+        errors[k] = squared_error(s, from[k], to[k]);
+        num_better += errors[k] < best_median ? 1 : 0;
       }
+      if (num_better <= from.size() / 2) continue;  // its median is no better: no need to find it
+      best_median = median(errors);
+      best = s;
     }
   }
   return best;

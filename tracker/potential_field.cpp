@@ -68,41 +68,40 @@ void differentiate(const cv::Mat& smooth, cv::Mat& dx, cv::Mat& dy, cv::Mat& mag
 PotentialField::PotentialField(const cv::Mat& image,
                                const cv::Rect& region,
                                const PotentialOptions& options) {
-  region_ = region & cv::Rect(0, 0, image.cols, image.rows);
-  if (region_.width < 4 || region_.height < 4) {
-    region_ = cv::Rect();
-    return;
-  }
-  cv::Mat source;
-  // The smoothing may look beyond the region (not isolated), so a cut-out equals the whole picture.
-  image(region_).convertTo(source, CV_32F);
-  cv::Mat smooth;
-  const int kernel = 2 * static_cast<int>(std::ceil(3.0 * options.sigma_px)) + 1;
-  cv::GaussianBlur(source,
-                   smooth,
-                   cv::Size(kernel, kernel),
-                   options.sigma_px,
-                   options.sigma_px,
-                   cv::BORDER_REPLICATE);
+  const cv::Rect wanted = region & cv::Rect(0, 0, image.cols, image.rows);
+  const cv::Size size = wanted.size() / options.shrink;
+  if (size.width < 4 || size.height < 4) return;
+  const cv::Rect whole(wanted.tl(), size * options.shrink);
+  scale_ = 1.0 / options.shrink;
+  offset_ = scale_ * Point2(0.5 - whole.x, 0.5 - whole.y) - Point2(0.5, 0.5);
+  end_ = Point2(size.width - 2.5, size.height - 2.5);
+  cv::Mat part = image(whole), source, smooth;
+  if (options.shrink > 1) cv::resize(image(whole), part, size, 0, 0, cv::INTER_AREA);
+  part.convertTo(source, CV_32F);
+  const double sigma_px = scale_ * options.sigma_px;
+  const int kernel = 2 * static_cast<int>(std::ceil(3.0 * sigma_px)) + 1;
+  cv::GaussianBlur(
+      source, smooth, cv::Size(kernel, kernel), sigma_px, sigma_px, cv::BORDER_REPLICATE);
   differentiate(smooth, gradient_x_, gradient_y_, magnitude_);
   // Applied where a value is read: far fewer places than pixels.
-  unit_ = 1.0 / std::max(options.floor, percentile_of(magnitude_, options.percentile));
+  unit_ =
+      1.0 / std::max(options.shrink * options.floor, percentile_of(magnitude_, options.percentile));
 }
 
-bool PotentialField::contains(const Point2& x) const {
+Point2 PotentialField::place_of(const Point2& x) const { return scale_ * x + offset_; }
+
+bool PotentialField::holds(const Point2& place) const {
   // Comparisons written so that a NaN is outside.
-  return x.x() - region_.x >= 1.0 && x.y() - region_.y >= 1.0 &&
-         x.x() - region_.x < region_.width - 2.5 && x.y() - region_.y < region_.height - 2.5;
+  return place.x() >= 1.0 && place.y() >= 1.0 && place.x() < end_.x() && place.y() < end_.y();
 }
 
-Point2 PotentialField::image_gradient(const Point2& x) const {
-  if (!contains(x)) return Point2::Zero();
-  const double column = x.x() - region_.x;
-  const double row = x.y() - region_.y;
-  const int i = static_cast<int>(column);
-  const int j = static_cast<int>(row);
-  const auto u = static_cast<float>(column - i);
-  const auto v = static_cast<float>(row - j);
+bool PotentialField::contains(const Point2& x) const { return holds(place_of(x)); }
+
+Point2 PotentialField::gradient_at(const Point2& place) const {
+  const int i = static_cast<int>(place.x());
+  const int j = static_cast<int>(place.y());
+  const auto u = static_cast<float>(place.x() - i);
+  const auto v = static_cast<float>(place.y() - j);
   const float w00 = (1.0F - u) * (1.0F - v), w01 = u * (1.0F - v);
   const float w10 = (1.0F - u) * v, w11 = u * v;
   const auto blend = [&](const cv::Mat& field) {
@@ -114,13 +113,20 @@ Point2 PotentialField::image_gradient(const Point2& x) const {
   return {blend(gradient_x_), blend(gradient_y_)};
 }
 
+Point2 PotentialField::image_gradient(const Point2& x) const {
+  const Point2 place = place_of(x);
+  return holds(place) ? gradient_at(place) : Point2(0.0, 0.0);
+}
+
 double PotentialField::potential(const Point2& x) const {
-  return contains(x) ? -unit_ * bilinear(magnitude_, x.x() - region_.x, x.y() - region_.y) : 0.0;
+  const Point2 place = place_of(x);
+  return holds(place) ? -unit_ * bilinear(magnitude_, place.x(), place.y()) : 0.0;
 }
 
 Point2 PotentialField::gradient(const Point2& x) const {
-  if (!contains(x)) return Point2::Zero();
-  return -unit_ * bilinear_slope(magnitude_, x.x() - region_.x, x.y() - region_.y);
+  const Point2 place = place_of(x);
+  if (!holds(place)) return Point2::Zero();
+  return -unit_ * scale_ * bilinear_slope(magnitude_, place.x(), place.y());
 }
 
 double PotentialField::potential(const Point2& x, const Point2& normal) const {
@@ -128,11 +134,11 @@ double PotentialField::potential(const Point2& x, const Point2& normal) const {
 }
 
 Point2 PotentialField::gradient(const Point2& x, const Point2& normal) const {
-  if (!contains(x) || normal.dot(image_gradient(x)) <= 0.0) return Point2::Zero();
-  const double column = x.x() - region_.x;
-  const double row = x.y() - region_.y;
-  return -unit_ * (normal.x() * bilinear_slope(gradient_x_, column, row) +
-                   normal.y() * bilinear_slope(gradient_y_, column, row));
+  const Point2 place = place_of(x);
+  if (!holds(place) || normal.dot(gradient_at(place)) <= 0.0) return Point2::Zero();
+  return -unit_ * scale_ *
+         (normal.x() * bilinear_slope(gradient_x_, place.x(), place.y()) +
+          normal.y() * bilinear_slope(gradient_y_, place.x(), place.y()));
 }
 
 }  // namespace zygoma

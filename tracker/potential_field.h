@@ -21,6 +21,7 @@ struct PotentialOptions {
   double sigma_px = 1.5;     // of the Gaussian; [0.5, 8]. Attracts from about two sigma.
   double percentile = 0.95;  // of the gradient magnitude that becomes one; (0, 1]
   double floor = 1.0;  // grey levels per px: a flatter region is not blown up to that percentile
+  int shrink = 1;      // the image is shrunk by this first; a wide Gaussian loses nothing by it
 };
 
 class PotentialField {
@@ -40,11 +41,18 @@ class PotentialField {
   Point2 gradient(const Point2& x, const Point2& normal) const;
 
  private:
-  cv::Rect region_;
-  cv::Mat gradient_x_;  // float, grey levels per px
+  // Place in the shrunk region.
+  Point2 place_of(const Point2& x) const;
+  bool holds(const Point2& place) const;
+  Point2 gradient_at(const Point2& place) const;
+
+  double scale_ = 1.0;              // of the shrunk region
+  Point2 offset_ = Point2::Zero();  // place = scale x + offset
+  Point2 end_ = Point2::Zero();     // places are before it
+  cv::Mat gradient_x_;              // float, grey levels per px of the shrunk region
   cv::Mat gradient_y_;
   cv::Mat magnitude_;
-  double unit_ = 1.0;  // from grey levels per px to the normalised gradient
+  double unit_ = 1.0;  // from that to the normalised gradient
 };
 
 }  // namespace zygoma

@@ -35,30 +35,30 @@ Flow follow_points(const std::vector<cv::Mat>& first,
   std::vector<cv::Point2f> there = to_float(guess);
   std::vector<cv::Point2f> back = start;
   std::vector<unsigned char> found_there, found_back;
-  const cv::Size window(kFlowWindow, kFlowWindow);
-  const cv::TermCriteria stop(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 10, 0.01);
+  const cv::TermCriteria stop(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 10, 0.03);
   cv::calcOpticalFlowPyrLK(first,
                            second,
                            start,
                            there,
                            found_there,
                            cv::noArray(),
-                           window,
+                           kFlowWindow,
                            levels,
                            stop,
                            cv::OPTFLOW_USE_INITIAL_FLOW,
                            1e-4);
   if (check) {
-    // On the finest level alone: it starts where it should end.
+    // On the finest level alone and not for long: it starts where it should end.
+    const cv::TermCriteria near(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 5, 0.03);
     cv::calcOpticalFlowPyrLK(second,
                              first,
                              there,
                              back,
                              found_back,
                              cv::noArray(),
-                             window,
+                             kFlowWindow,
                              0,
-                             stop,
+                             near,
                              cv::OPTFLOW_USE_INITIAL_FLOW,
                              1e-4);
   }

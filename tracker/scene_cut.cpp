@@ -2,8 +2,6 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "tracker/face_chart.h"
-
 namespace zygoma {
 namespace {
 
@@ -15,11 +13,10 @@ constexpr double kForget = 0.2;      // per frame
 
 }  // namespace
 
-bool SceneCut::at(const cv::Mat& picture) {
-  const cv::Mat bgr = as_bgr(picture);
-  if (bgr.empty()) return false;
-  cv::Mat sparse, small, look;
-  cv::resize(bgr, sparse, kLook * 4, 0, 0, cv::INTER_LINEAR);  // a few pixels speak for the others
+bool SceneCut::at(const Picture& picture) {
+  if (picture.empty()) return false;
+  cv::Mat small, look;
+  const cv::Mat sparse = picture.sparse(kLook * 2);  // a few pixels speak for the others
   cv::resize(sparse, small, kLook, 0, 0, cv::INTER_AREA);
   const cv::Scalar mean = cv::mean(small);
   const double level = (mean[0] + mean[1] + mean[2]) / 3.0;

@@ -10,12 +10,14 @@
 
 #include <opencv2/core.hpp>
 
+#include "tracker/picture.h"
+
 namespace zygoma {
 
 class SceneCut {
  public:
-  // Takes the next picture of any 8-bit kind.
-  bool at(const cv::Mat& picture);
+  // Takes the next picture.
+  bool at(const Picture& picture);
 
  private:
   cv::Mat last_;

@@ -50,13 +50,15 @@ SecondLook::SecondLook(const SecondLookOptions& options)
 }
 
 void SecondLook::add(const Frame& frame) {
-  frames_.push_back({frame.index, frame.time_s, frame.image.clone()});
+  frames_.push_back(frame);
+  frames_.back().image = frame.image.clone();  // of which the caller may make the next one
 }
 
 bool SecondLook::full() const {
   if (frames_.empty()) return false;
-  const cv::Mat& picture = frames_.back().image;
-  const size_t bytes = frames_.size() * picture.total() * picture.elemSize();
+  const Frame& frame = frames_.back();
+  const size_t bytes = frames_.size() * (frame.image.total() * frame.image.elemSize() +
+                                         frame.planes.y.total() + 2 * frame.planes.cb.total());
   return frames_.size() >= static_cast<size_t>(options_.num_frames) ||
          bytes >= options_.memory_bytes;
 }
@@ -74,9 +76,15 @@ void SecondLook::look(const Tracker& tracker,
     const size_t at = contours.size() - frames.size() + i;
     const double weight = backward_weight(i, frames.size(), first);
     const double tolerance_px = options_.tolerance_iod * kChartEyeDistance * back.head()->scale();
-    for (size_t c = 0; c < seen.contours.size(); ++c) {
-      blend(seen.contours[c], weight, tolerance_px, contours[at].contours[c]);
+    // Sums round alike in a clip and in its mirror image only in the way round both are looked at.
+    const Mirror& mirror = back.mirror();
+    const int width = Picture(frames[i]).size().width;
+    const ContourSet turned = mirror.of(seen, width);
+    ContourSet blended = mirror.of(std::move(contours[at]), width);
+    for (size_t c = 0; c < turned.contours.size(); ++c) {
+      blend(turned.contours[c], weight, tolerance_px, blended.contours[c]);
     }
+    contours[at] = mirror.of(std::move(blended), width);
     if (!heads[at]) heads[at] = *back.head();
   }
 }

@@ -39,7 +39,7 @@ class SecondLook {
  public:
   explicit SecondLook(const SecondLookOptions& options = {});
 
-  // Keeps a copy of the picture of the frame that was just tracked.
+  // Keeps the picture of the frame that was just tracked: a copy, or its planes.
   void add(const Frame& frame);
   bool full() const;
 

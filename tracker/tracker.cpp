@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <utility>
+#include <variant>
 
 #include "src/base/check.h"
 #include "tracker/brow_shape.h"
@@ -105,7 +106,7 @@ const Keyframe* most_alike(const std::vector<Keyframe>& looks,
 }
 
 // Eyes and nose.
-cv::Mat core_of(const FaceChart& chart) {
+cv::Mat middle_look(const FaceChart& chart) {
   return small_look(chart, cv::Rect(44, 84, 105, 70), cv::Size(30, 20));
 }
 
@@ -197,11 +198,11 @@ std::vector<Value> spread_over(const std::vector<Value>& values, size_t count) {
   return result;
 }
 
-// The eyes as found in the picture and in its mirror image: the cascades were not made of mirrored
-// faces, and a face and its twin in the mirror should start alike.
+// The eyes as found in the picture, or, where not both are seen there, in its mirror image as well:
+// the cascades were not made of mirrored faces and may see more that way.
 std::optional<FaceEyes> find_evenly(FaceFinder& finder, const cv::Mat& picture) {
   const std::optional<FaceEyes> plain = finder.find(picture);
-  if (picture.empty() || (plain && plain->landmarks)) return plain;
+  if (picture.empty() || (plain && (plain->landmarks || plain->both_seen))) return plain;
   cv::Mat turned_over;
   cv::flip(picture, turned_over, 1);
   std::optional<FaceEyes> mirrored = finder.find(turned_over);
@@ -231,6 +232,22 @@ void require_finite(const ContourSet& set) {
   }
 }
 
+void require_finite(const Landmarks& landmarks) {
+  for (const Point2& p : landmarks) {
+    require(p.allFinite(), "tracker: landmarks hold a number that is not finite; expected pixels");
+  }
+}
+
+// What others say of where a face is.
+using Marks = std::variant<ContourSet, Landmarks>;
+
+std::optional<ContourSet> take(std::optional<Marks>& marks, const Mirror& mirror, int width) {
+  if (!marks) return std::nullopt;
+  const Marks taken = *std::exchange(marks, std::nullopt);
+  if (const auto* set = std::get_if<ContourSet>(&taken)) return mirror.of(*set, width);
+  return contours_from_landmarks(mirror.of(std::get<Landmarks>(taken), width));
+}
+
 }  // namespace
 
 void TrackerEffort::check() const {
@@ -256,12 +273,19 @@ void TrackerOptions::check() const {
 struct Tracker::Impl {
   explicit Impl(const TrackerOptions& wanted) : options(wanted) { options.check(); }
 
+  // What goes in and out, as things are; everything else is as it is looked at (mirror.h).
+  Mirror mirror;
+  std::optional<Marks> given_as_is;  // by start_from, for the next frame
+  std::optional<Marks> prior_as_is;  // by set_prior, for the next frame
+  TrackReport report_as_is;
+  Similarity head_as_is;
+
   TrackerOptions options;
   TrackReport report;
   std::shared_ptr<FaceFinder> finder;
   SceneCut cut;
-  std::optional<ContourSet> given;  // by start_from, for the next frame
-  std::optional<ContourSet> prior;  // by set_prior, for the next frame
+  std::optional<ContourSet> given;
+  std::optional<ContourSet> prior;
 
   bool tracking = false;
   bool started_by_hand = false;
@@ -270,6 +294,8 @@ struct Tracker::Impl {
   int coasted = 0;
   FaceChart last;
   ContourNodes contours;
+  std::array<cv::Mat, kNumParts> thumbnails;  // of its parts, and its middle
+  cv::Mat middle;
   ContourNodes at_start;  // where the contours were placed
   LipMap lips;
   Mouth mouth;
@@ -280,49 +306,51 @@ struct Tracker::Impl {
   std::array<double, kNumFeatures> confidence{};
   std::array<ConfidenceTerms, kNumFeatures> terms{};
   std::array<double, kNumFeatures> usual_evidence{};
-  FaceChart head_anchor;
+  std::vector<cv::Mat> head_anchor;  // the core of the first sight
   Exposure exposure;
   HeadTurn turn;  // against the first sight
   std::vector<RigidPoint> rigid = rigid_points();
   std::array<std::vector<Keyframe>, kNumParts> keyframes;
 
-  bool start(const Frame& frame);
-  bool start_from_given(const Frame& frame);
-  void recover(const Frame& frame);
-  void look_again(const Frame& frame);
-  void restart_at(const Frame& frame, const FaceEyes& eyes);
+  bool start(const Picture& picture);
+  bool start_from_given(const Picture& picture);
+  void recover(const Picture& picture);
+  void look_again(const Picture& picture);
+  void restart_at(const Picture& picture, const FaceEyes& eyes);
   void restart_from(const FaceChart& chart, const ContourNodes& given_nodes = {});
-  bool follow(const Frame& frame);
+  bool follow(const Picture& picture);
   std::vector<Point2> follow_chin(const FaceChart& chart, double& sight) const;
-  bool follow_head(const Frame& frame, FaceChart& chart);
+  bool follow_head(const Picture& picture, FaceChart& chart);
   double trust_in(const Mouth& found, const Evidence& evidence) const;
   void follow_contours(const FaceChart& chart);
   ContourNodes nodes_in_chart(const ContourSet& set, const Similarity& image_from_chart) const;
+  void look_at(const FaceChart& chart);
   Prediction predict(const FaceChart& chart) const;
-  void draw_lips_and_chin(const FaceChart& chart, const Evidence& evidence, Prediction& prediction);
+  void draw_lips(const Evidence& evidence, ContourNodes& target);
   void draw_to_models(const FaceChart& chart, const Evidence& evidence, Prediction& prediction);
   void relax(const Evidence& evidence, const Prediction& prediction, const ContourNodes& start);
   void keep_shapes(const Prediction& prediction);
   void judge(const Evidence& evidence, const Prediction& prediction);
   void judge_start(const Evidence& evidence, const ContourNodes& given_nodes);
   void remember(const FaceChart& chart);
-  ContourSet result(const Frame& frame) const;
+  ContourSet track(const Picture& picture);
+  ContourSet result(const Picture& picture) const;
 };
 
-bool Tracker::Impl::start(const Frame& frame) {
+bool Tracker::Impl::start(const Picture& picture) {
   if (!finder) finder = make_face_finder(options.cascade_folder, options.landmark_model);
-  const std::optional<FaceEyes> eyes = find_evenly(*finder, frame.image);
+  const std::optional<FaceEyes> eyes = find_evenly(*finder, picture.bgr());
   if (!eyes) return false;
-  restart_at(frame, *eyes);
+  restart_at(picture, *eyes);
   started_by_hand = false;
   return true;
 }
 
-void Tracker::Impl::restart_at(const Frame& frame, const FaceEyes& eyes) {
+void Tracker::Impl::restart_at(const Picture& picture, const FaceEyes& eyes) {
   const Similarity place = image_from_chart(eyes.right_px, eyes.left_px);
   ContourNodes marked;
   if (eyes.landmarks) marked = nodes_in_chart(contours_from_landmarks(*eyes.landmarks), place);
-  restart_from(make_face_chart(frame.image, place), marked);
+  restart_from(make_face_chart(picture, place), marked);
 }
 
 // The contours of a picture that are there, in chart px and with the schema's numbers of nodes.
@@ -340,7 +368,7 @@ ContourNodes Tracker::Impl::nodes_in_chart(const ContourSet& set,
 }
 
 // The user's contours: where they are gives the head, they themselves stay, the rest is placed.
-bool Tracker::Impl::start_from_given(const Frame& frame) {
+bool Tracker::Impl::start_from_given(const Picture& picture) {
   const ContourSet set = *std::exchange(given, std::nullopt);
   const ContourNodes usual = template_contours();
   ContourNodes placed;
@@ -371,20 +399,20 @@ bool Tracker::Impl::start_from_given(const Frame& frame) {
   for (auto& nodes : placed) {
     for (Point2& p : nodes) p = inverse.apply(p);
   }
-  restart_from(make_face_chart(frame.image, place), placed);
+  restart_from(make_face_chart(picture, place), placed);
   started_by_hand = true;
   return true;
 }
 
 // Video often opens with a few blocky frames. When the face has become clearly sharper since the
 // start, and its lips stand out better, the start is made again.
-void Tracker::Impl::look_again(const Frame& frame) {
+void Tracker::Impl::look_again(const Picture& picture) {
   if (started_by_hand || (age != 12 && age != 25)) return;
   if (sharpness_of(last) < options.sharper * sharpness) return;
-  const std::optional<FaceEyes> eyes = find_evenly(*finder, frame.image);
+  const std::optional<FaceEyes> eyes = find_evenly(*finder, picture.bgr());
   if (!eyes) return;
   const int frames = age;
-  restart_at(frame, *eyes);
+  restart_at(picture, *eyes);
   age = frames;
 }
 
@@ -403,10 +431,11 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
   chin_patch.learn(chart.grey, middle_of(contours[kChinBoss]));
   judge_start(make_evidence(chart, lips), given_nodes);
   last = chart;
-  head_anchor = chart;
+  head_anchor = core_of(chart);
   exposure = {level_of(chart), 1.0};
   turn = HeadTurn();
   for (auto& list : keyframes) list.clear();
+  look_at(chart);
   remember(chart);
   tracking = true;
   sharpness = sharpness_of(chart);
@@ -416,36 +445,40 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
 }
 
 // Takes the head's motion off: on return `chart` shows the face where the last chart showed it.
-bool Tracker::Impl::follow_head(const Frame& frame, FaceChart& chart) {
+bool Tracker::Impl::follow_head(const Picture& picture, FaceChart& chart) {
   const Similarity before = last.image_from_chart;
-  const FaceChart draft = make_draft_chart(frame.image, before, exposure);
+  const std::vector<cv::Mat> draft = draft_of_core(picture, before, exposure);
   HeadPoseFit pose{Similarity(), turn};  // of the face in the draft
-  const auto correct = [&](const FaceChart& reference, const HeadTurn& then, double least_share) {
-    const Point2 corner(kCoreBox.x, kCoreBox.y);
-    std::vector<Point2> start, guess;
-    for (const RigidPoint& point : rigid) {
-      start.push_back(then.apply(point.position, point.depth) - corner);
-      const Point2 now = pose.turn.apply(point.position, point.depth);
-      guess.push_back(pose.similarity.apply(now) - corner);
-    }
-    const Flow flow = follow_points(reference.core, draft.core, start, guess, false);
-    std::vector<RigidPoint> seen;
-    std::vector<Point2> to;
-    for (size_t i = 0; i < rigid.size(); ++i) {
-      if (flow.quality[i] < 0.3) continue;
-      seen.push_back(rigid[i]);
-      to.push_back(flow.points_px[i] + corner);
-    }
-    const HeadPoseFit fit = fit_head_pose(seen, to, pose.turn);
-    const double share =
-        fit.inlier_share * static_cast<double>(seen.size()) / static_cast<double>(rigid.size());
-    if (!fit.ok || share < least_share) return false;
-    pose = fit;
-    return true;
-  };
-  if (!correct(last, turn, 0.3)) return false;
-  // Against the drift of frame-to-frame motion: the chart the head was first seen in.
-  correct(head_anchor, HeadTurn(), 0.5);
+  const auto correct =
+      [&](const std::vector<cv::Mat>& reference, const HeadTurn& then, double least_share) {
+        const Point2 corner(kCoreBox.x, kCoreBox.y);
+        std::vector<Point2> start, guess;
+        for (const RigidPoint& point : rigid) {
+          start.push_back(then.apply(point.position, point.depth) - corner);
+          const Point2 now = pose.turn.apply(point.position, point.depth);
+          guess.push_back(pose.similarity.apply(now) - corner);
+        }
+        const Flow flow = follow_points(reference, draft, start, guess, false);
+        std::vector<RigidPoint> seen;
+        std::vector<Point2> to;
+        for (size_t i = 0; i < rigid.size(); ++i) {
+          if (flow.quality[i] < 0.3) continue;
+          seen.push_back(rigid[i]);
+          to.push_back(flow.points_px[i] + corner);
+        }
+        const HeadPoseFit fit = fit_head_pose(seen, to, pose.turn);
+        const double share =
+            fit.inlier_share * static_cast<double>(seen.size()) / static_cast<double>(rigid.size());
+        if (!fit.ok || share < least_share) return false;
+        pose = fit;
+        return true;
+      };
+  // Against the first sight of the head: motion from frame to frame adds up. Where it no longer
+  // looks like that, or went far, by way of the last frame.
+  if (!correct(head_anchor, HeadTurn(), 0.5)) {
+    if (!correct(core_of(last), turn, 0.3)) return false;
+    correct(head_anchor, HeadTurn(), 0.5);
+  }
   double moved = 0.0;
   for (const RigidPoint& point : rigid) {
     moved = std::max(moved, (pose.similarity.apply(point.position) - point.position).norm());
@@ -453,10 +486,14 @@ bool Tracker::Impl::follow_head(const Frame& frame, FaceChart& chart) {
   const Similarity place = moved > kStill ? before.after(pose.similarity) : before;
   turn = pose.turn;
   const double eyes_px = place.scale() * kChartEyeDistance;
-  if (eyes_px < kLeastEyeDistance || eyes_px > frame.image.cols) return false;
-  chart = make_face_chart(frame.image, place, exposure.gain);
+  if (eyes_px < kLeastEyeDistance || eyes_px > picture.size().width) return false;
+  chart = make_face_chart(picture, place, exposure.gain);
   // A cut to something else: the middle of the face no longer looks like it did a frame ago.
-  return correlation(core_of(chart), core_of(last)) > kSameScene;
+  const cv::Mat before_it = middle;
+  look_at(chart);
+  if (correlation(middle, before_it) > kSameScene) return true;
+  look_at(last);
+  return false;
 }
 
 // The chin is too smooth to say how its contour bends or how far along it a node has slid; it says
@@ -484,6 +521,13 @@ double Tracker::Impl::trust_in(const Mouth& found, const Evidence& evidence) con
   return std::clamp(2.0 * least - 1.0, 0.0, 1.0);
 }
 
+void Tracker::Impl::look_at(const FaceChart& chart) {
+  for (size_t part = 0; part < kNumParts; ++part) {
+    thumbnails[part] = thumbnail_of(chart, static_cast<Part>(part));
+  }
+  middle = middle_look(chart);
+}
+
 // Where the nodes of the last frame are in this one: by flow from there, and by flow from the
 // remembered look that resembles this one most.
 Prediction Tracker::Impl::predict(const FaceChart& chart) const {
@@ -497,17 +541,19 @@ Prediction Tracker::Impl::predict(const FaceChart& chart) const {
     return prediction;
   }
   std::vector<Point2> from;
-  for (const auto& nodes : contours) from.insert(from.end(), nodes.begin(), nodes.end());
+  for (size_t f = 0; f < kNumFeatures; ++f) {
+    if (f != kChinBoss) from.insert(from.end(), contours[f].begin(), contours[f].end());
+  }
   const Flow recent = follow_points(last.pyramid, chart.pyramid, from, from);
   std::array<Flow, kNumParts> anchored;
   for (size_t part = 0; part < kNumParts; ++part) {
     if (options.effort.predict_by != PredictBy::kLooks) break;
-    const Keyframe* look = most_alike(
-        keyframes[part], thumbnail_of(chart, static_cast<Part>(part)), prediction.likeness[part]);
+    const Keyframe* look = most_alike(keyframes[part], thumbnails[part], prediction.likeness[part]);
     if (look == nullptr) continue;
     std::vector<Point2> then, guess;
     size_t first = 0;
     for (size_t f = 0; f < kNumFeatures; ++f) {
+      if (f == kChinBoss) continue;
       const size_t n = contours[f].size();
       if (part_of(f) == part) {
         const auto& nodes = look->contours[f];
@@ -525,6 +571,11 @@ Prediction Tracker::Impl::predict(const FaceChart& chart) const {
     std::vector<Point2>& target = prediction.target[f];
     std::vector<double>& quality = prediction.quality[f];
     const size_t n = contours[f].size();
+    if (f == kChinBoss) {  // found by its patch
+      target = contours[f];
+      quality.assign(n, 0.0);
+      continue;
+    }
     target.assign(recent.points_px.begin() + at, recent.points_px.begin() + at + n);
     quality.assign(recent.quality.begin() + at, recent.quality.begin() + at + n);
     at += n;
@@ -541,14 +592,7 @@ Prediction Tracker::Impl::predict(const FaceChart& chart) const {
   return prediction;
 }
 
-void Tracker::Impl::draw_lips_and_chin(const FaceChart& chart,
-                                       const Evidence& evidence,
-                                       Prediction& prediction) {
-  ContourNodes& target = prediction.target;
-  double chin_sight = 0.0;
-  target[kChinBoss] = follow_chin(chart, chin_sight);
-  std::vector<double>& chin_quality = prediction.quality[kChinBoss];
-  std::fill(chin_quality.begin(), chin_quality.end(), chin_sight);
+void Tracker::Impl::draw_lips(const Evidence& evidence, ContourNodes& target) {
   const Mouth found_mouth = follow_mouth(evidence, mouth, rest);
   const double trust = trust_in(found_mouth, evidence);
   if (trust > 0.5) mouth = found_mouth;
@@ -572,7 +616,13 @@ void Tracker::Impl::draw_to_models(const FaceChart& chart,
       target[f][i] += share * (usual[i] - target[f][i]);
     }
   }
-  if (options.effort.models) draw_lips_and_chin(chart, evidence, prediction);
+  if (options.effort.predict_by != PredictBy::kNothing) {
+    double chin_sight = 0.0;
+    target[kChinBoss] = follow_chin(chart, chin_sight);
+    std::vector<double>& chin_quality = prediction.quality[kChinBoss];
+    std::fill(chin_quality.begin(), chin_quality.end(), chin_sight);
+  }
+  if (options.effort.models) draw_lips(evidence, target);
   if (prior) {
     const ContourNodes wanted = nodes_in_chart(*prior, chart.image_from_chart);
     for (size_t f = 0; f < kNumFeatures; ++f) {
@@ -714,7 +764,7 @@ void Tracker::Impl::judge_start(const Evidence& evidence, const ContourNodes& gi
 
 void Tracker::Impl::remember(const FaceChart& chart) {
   for (size_t part = 0; part < kNumParts; ++part) {
-    const cv::Mat now = thumbnail_of(chart, static_cast<Part>(part));
+    const cv::Mat& now = thumbnails[part];
     double best = -1.0;
     for (const Keyframe& keyframe : keyframes[part]) {
       best = std::max(best, correlation(now, keyframe.thumbnail));
@@ -724,30 +774,28 @@ void Tracker::Impl::remember(const FaceChart& chart) {
   }
 }
 
-bool Tracker::Impl::follow(const Frame& frame) {
+bool Tracker::Impl::follow(const Picture& picture) {
   FaceChart chart;
-  if (!follow_head(frame, chart)) return false;
+  if (!follow_head(picture, chart)) return false;
   follow_contours(chart);
   remember(chart);
   last = chart;
   ++age;
   coasted = 0;
-  look_again(frame);
+  look_again(picture);
   return true;
 }
 
 // The face was not where it should be: look for it in the whole picture, else wait a few frames.
-void Tracker::Impl::recover(const Frame& frame) {
-  if (start(frame)) return;
+void Tracker::Impl::recover(const Picture& picture) {
+  if (start(picture)) return;
   ++coasted;
   for (double& c : confidence) c *= 0.5;
   if (coasted > options.max_coast_frames) tracking = false;
 }
 
-ContourSet Tracker::Impl::result(const Frame& frame) const {
+ContourSet Tracker::Impl::result(const Picture& picture) const {
   ContourSet set;
-  set.frame_index = frame.index;
-  set.time_s = frame.time_s;
   for (size_t f = 0; f < kNumFeatures; ++f) {
     Contour contour;
     contour.name = kFeatureSchema[f].name;
@@ -755,8 +803,8 @@ ContourSet Tracker::Impl::result(const Frame& frame) const {
       int outside = 0;
       for (const Point2& p : contours[f]) {
         const Point2 q = last.image_from_chart.apply(p);
-        outside += q.x() < 0.0 || q.y() < 0.0 || q.x() > frame.image.cols - 1.0 ||
-                   q.y() > frame.image.rows - 1.0;
+        outside += q.x() < 0.0 || q.y() < 0.0 || q.x() > picture.size().width - 1.0 ||
+                   q.y() > picture.size().height - 1.0;
         contour.points_px.push_back(q);
       }
       contour.confidence = confidence[f];
@@ -771,6 +819,28 @@ ContourSet Tracker::Impl::result(const Frame& frame) const {
   return set;
 }
 
+ContourSet Tracker::Impl::track(const Picture& picture) {
+  report = {};
+  const bool usable = !picture.empty();
+  // Whoever is seen after a cut, the contours of before are not theirs.
+  if (cut.at(picture)) tracking = false;
+  if (usable && given && start_from_given(picture)) {
+    // Nothing more to do in this frame.
+  } else if (usable && tracking) {
+    if (!follow(picture)) recover(picture);
+  } else if (usable) {
+    start(picture);
+  } else {
+    tracking = false;
+  }
+  prior.reset();
+  ContourSet set = result(picture);
+  report.face_found = tracking;
+  report.terms = terms;
+  for (const Contour& contour : set.contours) report.num_lost += contour.lost() ? 1 : 0;
+  return set;
+}
+
 Tracker::Tracker(const TrackerOptions& options) : impl_(std::make_unique<Impl>(options)) {}
 Tracker::~Tracker() = default;
 Tracker::Tracker(Tracker&&) noexcept = default;
@@ -778,53 +848,64 @@ Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 
 void Tracker::start_from(const ContourSet& initial) {
   require_finite(initial);
-  impl_->given = initial;
+  impl_->given_as_is = initial;
 }
+
+void Tracker::start_from(const Landmarks& initial) {
+  require_finite(initial);
+  impl_->given_as_is = initial;
+}
+
 void Tracker::set_prior(const ContourSet& prior) {
   require_finite(prior);
-  impl_->prior = prior;
+  impl_->prior_as_is = prior;
+}
+
+void Tracker::set_prior(const Landmarks& prior) {
+  require_finite(prior);
+  impl_->prior_as_is = prior;
 }
 
 ContourSet Tracker::track(const Frame& frame) {
   Impl& impl = *impl_;
-  impl.report = {};
-  const bool usable = !as_bgr(frame.image).empty();
-  // Whoever is seen after a cut, the contours of before are not theirs.
-  if (impl.cut.at(frame.image)) impl.tracking = false;
-  if (usable && impl.given && impl.start_from_given(frame)) {
-    // Nothing more to do in this frame.
-  } else if (usable && impl.tracking) {
-    if (!impl.follow(frame)) impl.recover(frame);
-  } else if (usable) {
-    impl.start(frame);
-  } else {
-    impl.tracking = false;
+  const Mirror& mirror = impl.mirror;
+  impl.mirror.decide(frame);
+  const Picture picture = mirror.of(frame);
+  const int width = picture.size().width;
+  if (impl.given_as_is) {
+    if (const auto* set = std::get_if<ContourSet>(&*impl.given_as_is)) {
+      impl.mirror.decide(*set, width);
+    }
+    impl.given = take(impl.given_as_is, mirror, width);
   }
-  impl.prior.reset();
-  ContourSet set = impl.result(frame);
-  impl.report.face_found = impl.tracking;
-  impl.report.terms = impl.terms;
-  for (const Contour& contour : set.contours) impl.report.num_lost += contour.lost() ? 1 : 0;
+  impl.prior = take(impl.prior_as_is, mirror, width);
+  ContourSet set = mirror.of(impl.track(picture), width);
+  set.frame_index = frame.index;
+  set.time_s = frame.time_s;
+  impl.report_as_is = impl.report;
+  impl.report_as_is.terms = mirror.of(impl.report.terms);
+  impl.head_as_is = mirror.of(impl.last.image_from_chart, width);
   return set;
 }
 
-const TrackReport& Tracker::report() const { return impl_->report; }
+const TrackReport& Tracker::report() const { return impl_->report_as_is; }
 
 Tracker Tracker::looking_back() const {
   Tracker copy;
   *copy.impl_ = *impl_;
   Impl& impl = *copy.impl_;
   impl.given.reset();
+  impl.given_as_is.reset();
   impl.started_by_hand = true;  // nothing is to be mended in its first second
   for (auto& list : impl.keyframes) list.clear();
   if (impl.tracking) impl.remember(impl.last);
   return copy;
 }
 
-const Similarity* Tracker::head() const {
-  return impl_->tracking ? &impl_->last.image_from_chart : nullptr;
-}
+const Similarity* Tracker::head() const { return impl_->tracking ? &impl_->head_as_is : nullptr; }
 
 const LipMap& Tracker::lips() const { return impl_->lips; }
+
+const Mirror& Tracker::mirror() const { return impl_->mirror; }
 
 }  // namespace zygoma

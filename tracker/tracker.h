@@ -11,6 +11,7 @@
 #include "tracker/frame.h"
 #include "tracker/head_frame.h"
 #include "tracker/lip_map.h"
+#include "tracker/mirror.h"
 #include "tracker/snake.h"
 
 namespace zygoma {
@@ -25,7 +26,7 @@ enum class PredictBy {
 // What is done for accuracy and paid for in time (docs/accuracy-and-time.md).
 struct TrackerEffort {
   PredictBy predict_by = PredictBy::kLooks;
-  // Of mouth, chin and lids: they draw the prediction. Without them snakes and flow are on their
+  // Of mouth and lids: they draw the prediction. Without them snakes and flow are on their
   // own.
   bool models = true;
   // The snakes relax on so many landscapes, each smoothed twice as widely as the next, the finest
@@ -90,10 +91,12 @@ class Tracker {
   // missing are placed by the template fitted to those given. Throws InputError naming the contour
   // if a point is not finite.
   void start_from(const ContourSet& initial);
+  void start_from(const Landmarks& initial);
 
   // Where another tracker sees the contours of the next frame: they are drawn there, and the
   // picture refines. Contours that are missing or lost are not drawn anywhere.
   void set_prior(const ContourSet& prior);
+  void set_prior(const Landmarks& prior);
 
   // The contours of the next frame. Until a face is found, a set whose contours are all lost.
   ContourSet track(const Frame& frame);
@@ -108,6 +111,8 @@ class Tracker {
   const Similarity* head() const;
   // What skin and lips of this face look like.
   const LipMap& lips() const;
+  // Which way round the pictures are looked at.
+  const Mirror& mirror() const;
 
  private:
   struct Impl;

@@ -244,6 +244,25 @@ class ColourConverter {
   std::unique_ptr<AVFrame, FreeFrame> bgr_;
 };
 
+// Another owner of the same pixels.
+std::unique_ptr<AVFrame, FreeFrame> shared(const AVFrame& picture) {
+  std::unique_ptr<AVFrame, FreeFrame> copy(av_frame_clone(&picture));
+  if (!copy) throw std::bad_alloc();
+  return copy;
+}
+
+Planes planes_of(const AVFrame& picture) {
+  const std::shared_ptr<AVFrame> owner = shared(picture);
+  const auto plane = [&](int i, int shrink) {
+    return cv::Mat(owner->height / shrink,
+                   owner->width / shrink,
+                   CV_8U,
+                   owner->data[i],
+                   static_cast<size_t>(owner->linesize[i]));
+  };
+  return {plane(0, 1), plane(1, 2), plane(2, 2), owner};
+}
+
 void turn(const cv::Mat& stored, int rotation_deg, cv::Mat& shown) {
   switch (rotation_deg) {
     case 90:
@@ -267,18 +286,48 @@ struct VideoReader::Impl {
   ColourConverter converter;
   VideoInfo info;
   VideoClock clock{kFallbackFramesPerSecond};
-  cv::Mat first_picture;  // decoded by the constructor, delivered by the first read()
+  std::unique_ptr<AVFrame, FreeFrame> first;  // decoded by the constructor, for the first read
   double first_stamp_s = 0.0;
   int num_read = 0;
   bool at_end = false;
   bool is_numbered = false;  // pictures: their time is their number over a rate
 
-  bool decode(cv::Mat& image, double& stamp_s) {
-    const AVFrame* picture = decoder.next();
+  // Valid until the next call; null at the end.
+  const AVFrame* next(double& stamp_s) {
+    if (num_read == 0) {
+      stamp_s = first_stamp_s;
+      return first.get();
+    }
+    const AVFrame* picture = at_end ? nullptr : decoder.next();
+    if (picture != nullptr) stamp_s = decoder.stamp_s();
+    return picture;
+  }
+
+  bool convert(const AVFrame& picture, cv::Mat& image) {
     cv::Mat stored;
-    if (picture == nullptr || !converter.convert(*picture, stored)) return false;
-    stamp_s = decoder.stamp_s();
+    if (!converter.convert(picture, stored)) return false;
     turn(stored, info.rotation_deg, image);
+    return true;
+  }
+
+  bool has_planes(const AVFrame& picture) const {
+    return picture.format == AV_PIX_FMT_YUV420P && picture.color_range != AVCOL_RANGE_JPEG &&
+           info.rotation_deg == 0 && picture.width == info.width_px &&
+           picture.height == info.height_px && picture.width % 2 == 0 && picture.height % 2 == 0;
+  }
+
+  // The next picture with its place in time; `deliver` takes the picture over and may fail.
+  template <typename Deliver>
+  bool read(Frame& frame, const Deliver& deliver) {
+    double stamp_s = 0.0;
+    const AVFrame* picture = next(stamp_s);
+    if (picture == nullptr || !deliver(*picture)) {
+      at_end = true;
+      return false;
+    }
+    frame.index = num_read++;
+    frame.time_s = clock.next(stamp_s);
+    first.reset();
     return true;
   }
 
@@ -312,11 +361,15 @@ VideoReader::VideoReader(const VideoSource& source, const StopQuestion& stop)
               ": cannot be read as a video (another kind of file, or cut off before its index)" +
               kExpectedVideo);
   impl_->describe(source);
-  require(impl_->decode(impl_->first_picture, impl_->first_stamp_s),
+  const AVFrame* first = impl_->decoder.next();
+  cv::Mat shown;
+  require(first != nullptr && impl_->convert(*first, shown),
           source.is_camera ? source.path + ": gives no picture, expected a camera that does"
                            : source.path + ": no picture in it can be decoded" + kExpectedVideo);
-  impl_->info.width_px = impl_->first_picture.cols;
-  impl_->info.height_px = impl_->first_picture.rows;
+  impl_->first = shared(*first);
+  impl_->first_stamp_s = impl_->decoder.stamp_s();
+  impl_->info.width_px = shown.cols;
+  impl_->info.height_px = shown.rows;
   impl_->clock = VideoClock(impl_->info.average_frames_per_s);
 }
 
@@ -326,17 +379,19 @@ VideoReader::VideoReader(VideoReader&&) noexcept = default;
 const VideoInfo& VideoReader::info() const { return impl_->info; }
 
 bool VideoReader::read(Frame& frame) {
-  double stamp_s = impl_->first_stamp_s;
-  if (impl_->num_read == 0) {
-    cv::swap(frame.image, impl_->first_picture);
-    impl_->first_picture.release();
-  } else if (impl_->at_end || !impl_->decode(frame.image, stamp_s)) {
-    impl_->at_end = true;
-    return false;
-  }
-  frame.index = impl_->num_read++;
-  frame.time_s = impl_->clock.next(stamp_s);
-  return true;
+  frame.planes = {};
+  return impl_->read(frame,
+                     [&](const AVFrame& picture) { return impl_->convert(picture, frame.image); });
+}
+
+bool VideoReader::read_planes(Frame& frame) {
+  return impl_->read(frame, [&](const AVFrame& picture) {
+    frame.planes = {};
+    if (!impl_->has_planes(picture)) return impl_->convert(picture, frame.image);
+    frame.image.release();
+    frame.planes = planes_of(picture);
+    return true;
+  });
 }
 
 const std::vector<int>& VideoReader::repaired_timestamps() const { return impl_->clock.repaired(); }

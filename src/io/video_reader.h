@@ -43,6 +43,9 @@ class VideoReader {
 
   // False at the end, and when the rest cannot be decoded. `frame.image` is reused.
   bool read(Frame& frame);
+  // The same, but pictures stored as planes (tracker/frame.h), upright, are handed over as they
+  // are: nothing is converted or copied. `frame.image` is empty then.
+  bool read_planes(Frame& frame);
 
   // Indices of frames whose time stamp had to be repaired.
   const std::vector<int>& repaired_timestamps() const;

@@ -29,10 +29,9 @@ void guide(const TrackGuidance& guidance, int frame, Tracker& tracker) {
   if (guidance.landmarks == nullptr) return;
   const auto seen = guidance.landmarks->seen.find(frame);
   if (seen == guidance.landmarks->seen.end()) return;
-  const ContourSet marked = contours_from_landmarks(seen->second);
   const bool is_first = seen == guidance.landmarks->seen.begin() && !guidance.initial;
-  if (is_first || (frame > 0 && !tracker.report().face_found)) tracker.start_from(marked);
-  if (guidance.landmarks_are_prior) tracker.set_prior(marked);
+  if (is_first || (frame > 0 && !tracker.report().face_found)) tracker.start_from(seen->second);
+  if (guidance.landmarks_are_prior) tracker.set_prior(seen->second);
 }
 
 // A file of landmarks that speaks of another number of frames was made from another video.
@@ -102,9 +101,9 @@ TrackedVideo track_video(const VideoSource& source,
   const Stopwatch watch;
   bool limit_reached = false;
   {
-    Producer<Frame> frames(kFramesAhead, [&reader]() -> std::optional<Frame> {
+    Producer<Frame> frames(kFramesAhead, [&]() -> std::optional<Frame> {
       Frame frame;  // a fresh picture each time: the one before may still be in use
-      if (!reader.read(frame)) return std::nullopt;
+      if (!(recording ? reader.read(frame) : reader.read_planes(frame))) return std::nullopt;
       return frame;
     });
     while (const std::optional<Frame> frame = frames.next()) {
@@ -135,6 +134,7 @@ TrackedVideo track_video(const VideoSource& source,
   }
   observer.end();
   result.lips = tracker.lips();
+  result.mirror = tracker.mirror();
   result.figures = {"track", static_cast<int>(result.contours.size()), watch.elapsed_ms()};
   result.repaired_timestamps = reader.repaired_timestamps();
   result.time_from_container = reader.has_time_stamps();

@@ -42,6 +42,7 @@ struct TrackedVideo {
   std::vector<ContourSet> contours;              // one per decoded frame
   std::vector<std::optional<Similarity>> heads;  // image from chart; none where there is no face
   LipMap lips;                                   // of this face
+  Mirror mirror;                                 // which way round the pictures were looked at
   std::vector<int> repaired_timestamps;
   bool time_from_container = true;  // false: the file has no time stamps
   bool ended_early = false;         // the file holds fewer pictures than it claims

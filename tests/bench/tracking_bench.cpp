@@ -100,6 +100,13 @@ void decode(const std::string& video) {
   }
 }
 
+void decode_planes(const std::string& video) {
+  VideoReader reader(video);
+  Frame frame;
+  while (reader.read_planes(frame)) {
+  }
+}
+
 void bench_tracking(const std::string& video, bench::Table& table) {
   const std::string name = std::filesystem::path(video).stem().string();
   const std::vector<Frame> frames = fitted_frames(video, {640, 480});
@@ -121,11 +128,13 @@ void bench_whole_pass(const std::string& video, bench::Table& table) {
   const std::vector<Frame> frames = fitted_frames(video, {1280, 720});
   const int num_frames = static_cast<int>(frames.size());
   const std::string clip = write_clip(frames, num_frames, 30.0);
-  std::vector<double> decode_wall, decode_cpu, wall_ratio, cpu_ratio;
+  std::vector<double> decode_wall, decode_cpu, planes_cpu, pass_cpu, wall_ratio, cpu_ratio;
   SilentObserver silent;
   for (int repeat = 0; repeat < kRepeats; ++repeat) {
     const Cost decoding = cost_of([&] { decode(clip); });
+    planes_cpu.push_back(cost_of([&] { decode_planes(clip); }).cpu_ms / num_frames);
     const Cost pass = cost_of([&] { track_video(clip, {}, {}, silent, {}); });
+    pass_cpu.push_back(pass.cpu_ms / num_frames);
     decode_wall.push_back(decoding.wall_ms / num_frames);
     decode_cpu.push_back(decoding.cpu_ms / num_frames);
     wall_ratio.push_back(pass.wall_ms / decoding.wall_ms);
@@ -134,6 +143,11 @@ void bench_whole_pass(const std::string& video, bench::Table& table) {
   std::filesystem::remove(clip);
   table.line(format("%s,1280x720,decode,ms per frame,%.3f", name.c_str(), median(decode_wall)));
   table.line(format("%s,1280x720,decode,cpu ms per frame,%.3f", name.c_str(), median(decode_cpu)));
+  table.line(format("%s,1280x720,decode without conversion,cpu ms per frame,%.3f",
+                    name.c_str(),
+                    median(planes_cpu)));
+  table.line(
+      format("%s,1280x720,decode and track,cpu ms per frame,%.3f", name.c_str(), median(pass_cpu)));
   table.line(
       format("%s,1280x720,decode and track,times decoding,%.2f", name.c_str(), median(wall_ratio)));
   table.line(format(

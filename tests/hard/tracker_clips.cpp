@@ -171,6 +171,22 @@ Track track(const std::vector<Frame>& frames, const TrackerOptions& options) {
   return out;
 }
 
+LookedAt track_with_second_looks(const std::vector<Frame>& frames,
+                                 const SecondLookOptions& options) {
+  Tracker tracker;
+  SecondLook look(options);
+  LookedAt out;
+  for (const Frame& frame : frames) {
+    out.contours.push_back(tracker.track(frame));
+    const Similarity* head = tracker.head();
+    out.heads.push_back(head ? std::optional(*head) : std::nullopt);
+    look.add(frame);
+    if (look.full()) look.look(tracker, out.contours, out.heads);
+  }
+  look.look(tracker, out.contours, out.heads);
+  return out;
+}
+
 double distance_px(const std::vector<Point2>& a, const std::vector<Point2>& b) {
   double sum = 0.0;
   for (const Point2& p : a) sum += distance_to_line(p, b) / static_cast<double>(a.size());

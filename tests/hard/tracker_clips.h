@@ -14,6 +14,7 @@
 
 #include "tracker/contour_set.h"
 #include "tracker/frame.h"
+#include "tracker/second_look.h"
 #include "tracker/tracker.h"
 
 namespace zygoma::hard {
@@ -54,6 +55,14 @@ cv::Mat with_hand(const cv::Mat& picture, const Point2& middle_px, const cv::Siz
 cv::Mat moved(const cv::Mat& picture, const Similarity& motion);
 
 Track track(const std::vector<Frame>& frames, const TrackerOptions& options = {});
+
+struct LookedAt {
+  std::vector<ContourSet> contours;
+  std::vector<std::optional<Similarity>> heads;
+};
+// Every stretch of them followed twice.
+LookedAt track_with_second_looks(const std::vector<Frame>& frames,
+                                 const SecondLookOptions& options);
 
 double distance_px(const std::vector<Point2>& a, const std::vector<Point2>& b);
 // Of one contour in chart pixels; NaN when either is lost.

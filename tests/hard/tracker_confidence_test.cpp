@@ -204,12 +204,13 @@ std::vector<Row> rows_of(const std::vector<const Sample*>& samples) {
   return rows;
 }
 
+constexpr double kLeastWeight = 0.3;
+constexpr double kFurrowMustShow = 1.2;  // least weight of a furrow's presence
+
 // Least log loss with a little ridge and a least weight of every term, by accelerated projected
 // gradient.
-ConfidenceMap fit(const std::vector<Row>& rows) {
+ConfidenceMap fit(const std::vector<Row>& rows, double least_presence) {
   constexpr double kRidge = 1e-3;
-  constexpr double kLeastWeight =
-      0.3;  // a furrow nobody sees is doubtful, wherever performers have it
   constexpr int kIterations = 3000;
   double steepest = kRidge;
   for (const Row& row : rows) {
@@ -228,7 +229,7 @@ ConfidenceMap fit(const std::vector<Row>& rows) {
     for (size_t j = 0; j < p.size(); ++j) {
       const bool weight = j < kNumConfidenceTerms;
       next[j] = ahead[j] - (slope[j] + (weight ? kRidge * ahead[j] : 0.0)) / steepest;
-      if (weight) next[j] = std::max(kLeastWeight, next[j]);
+      if (weight) next[j] = std::max(j == kPresence ? least_presence : kLeastWeight, next[j]);
     }
     for (size_t j = 0; j < p.size(); ++j) {
       ahead[j] = next[j] + (k - 1.0) / (k + 2.0) * (next[j] - p[j]);
@@ -334,8 +335,11 @@ void write_table(const std::vector<Sample>& samples) {
     out << line;
     std::printf("%s", line);
   };
-  for (const auto& [kind, list] : kinds) write(kind, fit(rows_of(list)));
-  write("", fit(rows_of(all)));
+  // A furrow that nobody sees is doubtful, although the place where performers have it is known.
+  for (const auto& [kind, list] : kinds) {
+    write(kind, fit(rows_of(list), kind == "furrow" ? kFurrowMustShow : kLeastWeight));
+  }
+  write("", fit(rows_of(all), kLeastWeight));
   out << "}};\n\n}  // namespace zygoma\n";
   std::ofstream(std::string(ZYGOMA_SOURCE_DIR) + "/tracker/confidence_table.h") << out.str();
 }

@@ -10,27 +10,6 @@
 namespace zygoma::hard {
 namespace {
 
-struct LookedAt {
-  std::vector<ContourSet> contours;
-  std::vector<std::optional<Similarity>> heads;
-};
-
-LookedAt track_with_second_looks(const std::vector<Frame>& frames,
-                                 const SecondLookOptions& options) {
-  Tracker tracker;
-  SecondLook look(options);
-  LookedAt out;
-  for (const Frame& frame : frames) {
-    out.contours.push_back(tracker.track(frame));
-    const Similarity* head = tracker.head();
-    out.heads.push_back(head ? std::optional(*head) : std::nullopt);
-    look.add(frame);
-    if (look.full()) look.look(tracker, out.contours, out.heads);
-  }
-  look.look(tracker, out.contours, out.heads);
-  return out;
-}
-
 double mean_distance_of(const std::vector<ContourSet>& sets,
                         const Clip& clip,
                         size_t first,

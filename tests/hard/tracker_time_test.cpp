@@ -112,61 +112,6 @@ TEST(HC64, DroppedFramesKeepTheTrajectory) {
          "times as in the container; trajectory unchanged (2 px)");
 }
 
-cv::Mat mirrored(const cv::Mat& picture) {
-  cv::Mat out;
-  cv::flip(picture, out, 1);
-  return out;
-}
-
-// Sides swapped and x turned about the middle of a picture that wide.
-ContourSet mirrored(const ContourSet& set, int width) {
-  ContourSet out = set;
-  for (Contour& contour : out.contours) {
-    for (Point2& p : contour.points_px) p.x() = width - 1.0 - p.x();
-    // One that crosses the middle runs from the subject's right to left: it would now run back.
-    const bool sided = contour.name.ends_with("_left") || contour.name.ends_with("_right");
-    if (!sided) std::reverse(contour.points_px.begin(), contour.points_px.end());
-  }
-  for (Contour& contour : out.contours) {
-    if (!contour.name.ends_with("_left")) continue;
-    const std::string other = contour.name.substr(0, contour.name.size() - 5) + "_right";
-    for (Contour& right : out.contours) {
-      if (right.name != other) continue;
-      std::swap(contour.points_px, right.points_px);
-      std::swap(contour.confidence, right.confidence);
-    }
-  }
-  return out;
-}
-
-TEST(HC69, AMirroredClipSwapsTheSides) {
-  const Clip& clip = usual_performer();
-  std::vector<ContourSet> back =
-      track(changed(clip.frames, [](size_t, const cv::Mat& p) { return mirrored(p); })).sets;
-  double node = 0.0;
-  double confidence = 0.0;
-  for (size_t i = 0; i < back.size(); ++i) {
-    back[i] = mirrored(back[i], clip.frames[0].image.cols);
-    for (size_t f = 0; f < back[i].contours.size(); ++f) {
-      const Contour& a = back[i].contours[f];
-      const Contour& b = usual_track().sets[i].contours[f];
-      confidence = std::max(confidence, std::abs(a.confidence - b.confidence));
-      for (size_t n = 0; n < a.points_px.size() && n < b.points_px.size(); ++n) {
-        node = std::max(node, (a.points_px[n] - b.points_px[n]).norm());
-      }
-    }
-  }
-  const Difference d = difference(back, usual_track().sets, clip.chart_px);
-  EXPECT_LT(d.worst, 0.5 * kStatedError_px);
-  const bool exact = back == usual_track().sets;
-  record("150 frames mirrored",
-         exact ? "same bits"
-               : "differ by " + text_of(d) + "; the furthest node by " + figure(node) +
-                     " px of the picture, confidence by " + figure(confidence),
-         "sides swap exactly",
-         exact ? Outcome::kHolds : Outcome::kOpen);
-}
-
 TEST(HC69, OneAndTwoThreadsGiveTheSameBits) {
   const Clip clip = part_of(usual_performer(), 0, 60);
   const int threads = cv::getNumThreads();

@@ -12,6 +12,7 @@
 #include "src/io/video_writer.h"
 #include "tests/src/scratch_folder.h"
 #include "tests/support/rotation_tag.h"
+#include "tracker/picture.h"
 
 namespace zygoma {
 namespace {
@@ -310,6 +311,34 @@ TEST(VideoTest, ReportsADiskThatIsFull) {
   });
   expect_words(message, {path, "cannot be written"});
   EXPECT_FALSE(std::filesystem::exists(path));
+}
+
+// The same pictures at the same times, whichever way they are asked for; each stays what it is
+// while later ones are read.
+TEST(VideoTest, PlanesAreThePicturesAsStored) {
+  const ScratchFolder folder;
+  const std::string path = folder / "clip.mp4";
+  const cv::Size size(320, 180);
+  write_clip(path, constant_rate(30, 25.0), size);
+  VideoReader converted(path), stored(path), mixed(path);
+  std::vector<Frame> frames;
+  Frame frame, other;
+  while (stored.read_planes(frame)) {
+    EXPECT_TRUE(frame.image.empty());
+    frames.push_back(frame);
+  }
+  ASSERT_EQ(frames.size(), 30U);
+  for (const Frame& planes : frames) {
+    ASSERT_TRUE(converted.read(frame));
+    EXPECT_EQ(planes.index, frame.index);
+    EXPECT_EQ(planes.time_s, frame.time_s);
+    EXPECT_EQ(number_in(Picture(planes).bgr()), planes.index);
+    EXPECT_LT(cv::norm(Picture(planes).bgr(), frame.image, cv::NORM_L1) / (3.0 * size.area()), 2.0);
+    ASSERT_TRUE(planes.index % 3 == 0 ? mixed.read(other) : mixed.read_planes(other));
+    EXPECT_EQ(other.index, planes.index);
+    EXPECT_EQ(other.image.empty(), planes.index % 3 != 0);
+  }
+  EXPECT_FALSE(converted.read(frame));
 }
 
 }  // namespace

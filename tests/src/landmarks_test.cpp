@@ -375,7 +375,12 @@ TEST(LandmarkModel, FacemarkFindsEyesAndStartsTheTrack) {
   Tracker tracker(options);
   const ContourSet first = tracker.track({0, 0.0, scene.pictures[2]});
   ASSERT_TRUE(tracker.report().face_found);
-  const ContourSet marked = contours_from_landmarks(*eyes->landmarks);
+  // The model sees the picture the way round the tracker does.
+  const Mirror& mirror = tracker.mirror();
+  const std::optional<FaceEyes> seen = finder->find(mirror.of({0, 0.0, scene.pictures[2]}).bgr());
+  ASSERT_TRUE(seen && seen->landmarks);
+  const ContourSet marked =
+      contours_from_landmarks(mirror.of(*seen->landmarks, scene.pictures[2].cols));
   for (const char* name : {"brow_left", "upper_lip"}) {
     const Contour* contour = first.visible(name);
     ASSERT_NE(contour, nullptr);
