@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace zygoma {
 namespace {
@@ -14,28 +13,6 @@ constexpr double kLargestExcess = 1.6;  // of the region over what is needed, be
 constexpr double kForceShare = 0.4;     // of the tolerance, as the stretch a node left out may feel
 
 }  // namespace
-
-void ActiveRegion::find_reach(EquilibriumSolver& solver) {
-  const Lattice& lattice = energy_.lattice();
-  const std::vector<Vec3>& rest = lattice.rest_mm;
-  energy_.set_controls(std::vector<double>(energy_.muscles().pulls.size(), 0.0), 0.0);
-  Factor factor = solver.factor();
-  solver.factor_at(rest, factor);
-  Eigen::MatrixXd motion = energy_.control_forces(rest, solver.hessian());
-  factor.solve(motion);
-  reach_mm_.assign(motion.cols(), std::vector<double>(lattice.columns.size(), 0.0));
-  for (Eigen::Index control = 0; control < motion.cols(); ++control) {
-    for (int node = 0; node < lattice.num_free_nodes; ++node) {
-      double& reach = reach_mm_[control][lattice.column_of[node]];
-      reach = std::max(reach, motion.block<3, 1>(3 * node, control).norm());
-    }
-  }
-  stiffness_.assign(lattice.columns.size(), std::numeric_limits<double>::infinity());
-  for (std::size_t c = 0; c < lattice.columns.size(); ++c) {
-    const auto diagonal = solver.hessian().free().diagonal(static_cast<int>(c)).diagonal();
-    stiffness_[c] = diagonal.minCoeff();
-  }
-}
 
 void ActiveRegion::restrict_energy() {
   const Lattice& lattice = energy_.lattice();
@@ -56,15 +33,15 @@ void ActiveRegion::choose(const std::vector<double>& contraction,
                           double still_mm,
                           const FaceState& state,
                           EquilibriumSolver& solver) {
-  if (reach_mm_.empty()) find_reach(solver);
+  if (reach_.mm.empty()) reach_ = find_control_reach(energy_, solver);
   const Lattice& lattice = energy_.lattice();
   const std::size_t n = lattice.columns.size();
   std::vector<double> reach(n, 0.0);
   for (std::size_t c = 0; c < n; ++c) {
     for (std::size_t m = 0; m < contraction.size(); ++m) {
-      reach[c] += contraction[m] * reach_mm_[m][c];
+      reach[c] += contraction[m] * reach_.mm[m][c];
     }
-    reach[c] += jaw_rad * reach_mm_.back()[c];
+    reach[c] += jaw_rad * reach_.mm.back()[c];
   }
   // Where the tissue stands away from rest it has to be taken back.
   for (int node = 0; node < lattice.num_free_nodes; ++node) {
@@ -99,7 +76,8 @@ bool ActiveRegion::grow(double still_mm, const FaceState& state, EquilibriumSolv
   for (int node = 0; node < lattice.num_free_nodes; ++node) {
     const int c = lattice.column_of[node];
     if (moving_[c]) continue;
-    if (gradient.segment<3>(3 * node).norm() > kForceShare * still_mm * stiffness_[c]) grown[c] = 1;
+    if (gradient.segment<3>(3 * node).norm() > kForceShare * still_mm * reach_.stiffness[c])
+      grown[c] = 1;
   }
   const bool changed = grown != moving_;
   moving_ = std::move(grown);

@@ -9,6 +9,7 @@
 
 #include <vector>
 
+#include "face/control_reach.h"
 #include "face/energy.h"
 #include "face/solvers/equilibrium.h"
 #include "face/state.h"
@@ -38,14 +39,12 @@ class ActiveRegion {
   double moving_share() const;
 
  private:
-  void find_reach(EquilibriumSolver& solver);
   void restrict_energy();
   void restrict_all(EquilibriumSolver& solver);
 
   FaceEnergy& energy_;
-  std::vector<std::vector<double>> reach_mm_;  // per control and column, largest of its nodes
-  std::vector<double> stiffness_;              // per column: smallest of its nodes at rest, mN/mm
-  std::vector<char> moving_;                   // per column; empty = all
+  ControlReach reach_;
+  std::vector<char> moving_;  // per column; empty = all
 };
 
 }  // namespace zygoma

@@ -50,6 +50,24 @@ EffectValues values_of(const Effect& effect, const EffectChoice& choice) {
 
 }  // namespace
 
+void Effects::gather() {
+  energy_.clear();
+  memory_.clear();
+  for (const Part& part : parts_) {
+    if (!part.acts) continue;
+    energy_.insert(energy_.end(), part.energy.begin(), part.energy.end());
+    memory_.insert(memory_.end(), part.memory.begin(), part.memory.end());
+  }
+}
+
+std::vector<EffectChoice> usual_effects() {
+  std::vector<EffectChoice> choices;
+  for (const Effect& effect : all_effects()) {
+    if (effect.only_if_asked.empty()) choices.push_back({effect.name, {}});
+  }
+  return choices;
+}
+
 void check_effects(const std::vector<EffectChoice>& choices) {
   for (std::size_t k = 0; k < choices.size(); ++k) {
     values_of(find_effect(choices[k].name), choices[k]);
@@ -82,6 +100,7 @@ Effects make_effects(const std::vector<EffectChoice>& choices,
   });
   Effects effects;
   for_each_chosen([&](const Effect& effect, const EffectValues& values) {
+    effects.open(effect, values);
     if (effect.build) effect.build(values, anatomy, lattice, effects);
   });
   return effects;

@@ -45,21 +45,55 @@ class EffectValues {
   std::map<std::string, double> values_;
 };
 
+struct Effect;
+
 // The terms of a scene's effects, by phase.
 class Effects {
  public:
+  // What one effect of the scene consists of.
+  struct Part {
+    const Effect* effect = nullptr;
+    EffectValues values;
+    std::vector<std::shared_ptr<EnergyTerm>> energy;
+    std::vector<std::shared_ptr<MemoryTerm>> memory;
+    bool acts = true;
+  };
+
+  // Terms filed from now on are of this effect.
+  void open(const Effect& effect, const EffectValues& values) {
+    parts_.push_back({&effect, values, {}, {}});
+  }
   template <typename Term>
   requires std::derived_from<Term, EnergyTerm> || std::derived_from<Term, MemoryTerm>
   void file(std::shared_ptr<Term> term) {
-    if constexpr (std::derived_from<Term, EnergyTerm>) energy_.push_back(term);
-    if constexpr (std::derived_from<Term, MemoryTerm>) memory_.push_back(term);
+    if constexpr (std::derived_from<Term, EnergyTerm>) parts_.back().energy.push_back(term);
+    if constexpr (std::derived_from<Term, MemoryTerm>) parts_.back().memory.push_back(term);
+    gather();
+  }
+  const std::vector<Part>& parts() const { return parts_; }
+
+  // A part that does not act is in none of the lists below: it executes nothing.
+  void set_acts(std::size_t part, bool acts) {
+    parts_[part].acts = acts;
+    gather();
   }
   const std::vector<std::shared_ptr<EnergyTerm>>& energy() const { return energy_; }
   const std::vector<std::shared_ptr<MemoryTerm>>& memory() const { return memory_; }
 
  private:
+  void gather();
+
+  std::vector<Part> parts_;
   std::vector<std::shared_ptr<EnergyTerm>> energy_;
   std::vector<std::shared_ptr<MemoryTerm>> memory_;
+};
+
+// How the tissue is about to move in a frame, as far as its controls tell.
+struct ExpectedMotion {
+  double step_s = 0.0;
+  double moved_mm = 0.0;    // what moves furthest
+  double changed_mm = 0.0;  // of that against the frame before: moved by its speed of then
+  double sag_mm = 0.0;      // what the mass of the tissue gives way to an acceleration of 1 mm/s^2
 };
 
 struct Effect {
@@ -68,6 +102,14 @@ struct Effect {
   std::vector<EffectParameter> parameters;
   // Acts between nodes only: its forces and torques add up to zero. Else it acts from outside.
   bool internal = true;
+  // Why no scene has it that does not ask for it by name; empty = it can be of use to any.
+  std::string only_if_asked;
+  // For scenes that leave the choice to the program (effect_chooser.h). When a moment calls for the
+  // effect, as half a sentence; empty = it is always there.
+  std::string called_for_when;
+  // mm that it could change in a frame, told from the motion alone. Without this its forces are
+  // asked, which must not look back then.
+  double (*could_change_mm)(const EffectValues& values, const ExpectedMotion& motion) = nullptr;
   void (*shape)(const EffectValues& values, const Anatomy& anatomy, Lattice& lattice) = nullptr;
   // Anatomy and lattice outlive the terms.
   void (*build)(const EffectValues& values,
@@ -78,6 +120,9 @@ struct Effect {
 
 // All there are, by name.
 const std::vector<Effect>& all_effects();
+
+// All effects but those that have to be asked for, with their usual values.
+std::vector<EffectChoice> usual_effects();
 
 // Throws InputError naming the effect or parameter, its value and what was expected, if a choice
 // names no effect, one twice, an unknown parameter or a value outside its range.

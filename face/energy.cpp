@@ -118,7 +118,9 @@ void FaceEnergy::place_bone(std::vector<Vec3>& x) const {
 
 void FaceEnergy::restrict_to(const std::vector<char>& moving) {
   springs_.restrict_to(moving);
-  for (const auto& term : effects_.energy()) term->restrict_to(moving);
+  for (const Effects::Part& part : effects_.parts()) {
+    for (const auto& term : part.energy) term->restrict_to(moving);
+  }
 }
 
 double FaceEnergy::evaluate(const std::vector<Vec3>& x, Eigen::VectorXd& gradient) const {
@@ -149,7 +151,36 @@ void FaceEnergy::add_hessian(const std::vector<Vec3>& x, HessianSink& sink) cons
   for (const Hold& hold : holds_) {
     sink.add(hold.node, hold.node, hold.stiffness * Eigen::Matrix3d::Identity());
   }
-  for (const auto& term : effects_.energy()) term->add_hessian(x, sink);
+  for (std::size_t k = 0; k < effects_.parts().size(); ++k) {
+    const Effects::Part& part = effects_.parts()[k];
+    if (!part.acts) sink.skip(num_pieces_[k]);
+    for (const auto& term : part.energy) {
+      if (part.acts) term->add_hessian(x, sink);
+    }
+  }
+}
+
+void FaceEnergy::set_acts(std::size_t part, bool acts) {
+  const Effects::Part& changed = effects_.parts()[part];
+  if (changed.acts == acts) return;
+  if (!acts) {
+    PieceCounter counter;
+    for (const auto& term : changed.energy) term->add_hessian(lattice_.rest_mm, counter);
+    num_pieces_.resize(effects_.parts().size());
+    num_pieces_[part] = counter.num_pieces;
+  } else {
+    for (const auto& term : changed.energy) term->follow_jaw(jaw_rad_);
+  }
+  effects_.set_acts(part, acts);
+}
+
+void FaceEnergy::add_effect_gradient(std::size_t part,
+                                     const std::vector<Vec3>& x,
+                                     Eigen::VectorXd& gradient) const {
+  for (const auto& term : effects_.parts()[part].energy) {
+    term->follow_jaw(jaw_rad_);
+    term->add_gradient(x, gradient);
+  }
 }
 
 Eigen::MatrixXd FaceEnergy::control_forces(const std::vector<Vec3>& x,

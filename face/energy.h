@@ -95,6 +95,15 @@ class FaceEnergy {
   // Largest force of the muscles on a node, mN.
   double largest_muscle_force(const std::vector<Vec3>& x) const;
 
+  // Takes an effect away, or brings it back: terms that are away execute nothing. The pattern of
+  // the Hessian must have been made while all were there.
+  void set_acts(std::size_t part, bool acts);
+
+  // Adds the forces of an effect, away or not, to the gradient.
+  void add_effect_gradient(std::size_t part,
+                           const std::vector<Vec3>& x,
+                           Eigen::VectorXd& gradient) const;
+
   // A step of time begins or ends, for effects with memory.
   void begin_step(const FaceState& state, double step_s);
   void end_step(FaceState& state);
@@ -118,6 +127,7 @@ class FaceEnergy {
   Lattice lattice_;
   MuscleOptions options_;
   Effects effects_;
+  std::vector<std::size_t> num_pieces_;  // of the Hessian, per effect that has ever been away
   SpringTerm springs_;
   MuscleField muscles_;
   std::vector<Hold> holds_;              // of the fascia, and of all above it where tissue is thin

@@ -22,6 +22,17 @@ class HessianSink {
   // Adds d2(energy) / d(x_a) d(x_b). For a != b the transposed piece for (b, a) goes without
   // saying.
   virtual void add(int a, int b, const Eigen::Matrix3d& piece) = 0;
+  // That many pieces are left out that would come now.
+  virtual void skip(std::size_t /*num_pieces*/) {}
+
+  // Pieces among nodes that do not move may be left out. Null: all move.
+  void look_at(const std::vector<char>* moving_nodes) { moving_nodes_ = moving_nodes; }
+  bool looks_at(int a, int b) const {
+    return moving_nodes_ == nullptr || (*moving_nodes_)[a] != 0 || (*moving_nodes_)[b] != 0;
+  }
+
+ private:
+  const std::vector<char>* moving_nodes_ = nullptr;
 };
 
 class EnergyTerm {

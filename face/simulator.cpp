@@ -3,11 +3,15 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <string>
 
 #include "face/active_region.h"
+#include "face/effect_chooser.h"
 #include "face/energy.h"
 #include "face/explicit_face.h"
+#include "face/resting_tissue.h"
 #include "face/solvers/equilibrium.h"
 #include "src/base/check.h"
 
@@ -28,6 +32,7 @@ constexpr double kLongestExtrapolation = 1.5;
 constexpr double kLookAhead = 3.0;   // frames: half the life of a factor in a steady motion
 constexpr double kHeapShare = 0.01;  // of the elements
 constexpr double kWidestJawRad = 0.7;
+constexpr double kSameStepShare = 1e-3;  // steps that differ less share a factor
 
 // Explicit steps bring inertia with them: as an effect they take it only for its parameters.
 TissueModel without_inertia(const TissueModel& tissue) {
@@ -36,6 +41,53 @@ TissueModel without_inertia(const TissueModel& tissue) {
   return rest;
 }
 
+constexpr double kCreepS = 0.5;        // a face that creeps goes on at that speed for about so long
+constexpr double kSteadyShare = 0.01;  // of the tolerance: controls that move the face less stand
+constexpr double kUnseenShare =
+    0.3;  // of the tolerance: a frame that would move no more is left out
+
+// Contractions, and the jaw last.
+std::vector<double> all_of(const Controls& controls) {
+  std::vector<double> all = controls.contraction;
+  all.push_back(controls.jaw_rad);
+  return all;
+}
+
+// What a scene that chooses needs beside the simulation.
+struct Choice {
+  Choice(FaceEnergy& energy, EquilibriumSolver& solver, double tolerance)
+      : tolerance_mm(tolerance),
+        reach(find_control_reach(energy, solver)),
+        chooser(energy, tolerance),
+        resting(energy, reach, tolerance) {}
+
+  // How far the controls move what they move furthest, to first order.
+  double moved_mm(const Controls& from, const Controls& to) const {
+    std::vector<double> moved(reach.stiffness.size(), 0.0);
+    const auto add = [&](std::size_t control, double change) {
+      if (change == 0.0) return;
+      for (std::size_t c = 0; c < moved.size(); ++c) {
+        moved[c] += std::abs(change) * reach.mm[control][c];
+      }
+    };
+    for (std::size_t m = 0; m < to.contraction.size(); ++m) {
+      add(m, to.contraction[m] - from.contraction[m]);
+    }
+    add(to.contraction.size(), to.jaw_rad - from.jaw_rad);
+    return *std::max_element(moved.begin(), moved.end());
+  }
+
+  double tolerance_mm;
+  ControlReach reach;
+  EffectChooser chooser;
+  RestingTissue resting;
+  double owed_s = 0.0;          // time that has passed without being solved for
+  double speed_mm_per_s = 0.0;  // of the face, in the last frame that was solved for
+  double creep_mm_per_s = 0.0;  // as far as not by the controls; infinite = unknown
+  bool stood_still = false;     // the frame before was left out
+  SettleReport last;
+};
+
 }  // namespace
 
 void SettleOptions::check() const {
@@ -43,6 +95,7 @@ void SettleOptions::check() const {
           "relative_residual is " + shortest_text(relative_residual) + ", expected (0, 1]");
   require_range("max_iterations", max_iterations, 1, 1e6);
   require_range("still_mm", still_mm, 0.0, 10.0);
+  require_range("choose_mm", choose_mm, 0.0, kMostChooseMm);
 }
 
 struct Simulator::Impl {
@@ -64,6 +117,8 @@ struct Simulator::Impl {
       const EffectValues inertia = effect_values("inertia", tissue.effects);
       explicit_face =
           std::make_unique<ExplicitFace>(energy, inertia["mass_factor"], inertia["damping_per_s"]);
+    } else if (options.choose_mm > 0.0) {
+      choice.emplace(energy, solver, options.choose_mm);
     }
   }
 
@@ -239,7 +294,8 @@ struct Simulator::Impl {
   }
 
   void enter_step(double step_s) {
-    if (step_s == last_step_s) return;
+    // Frames of one rate are of equal length up to rounding.
+    if (std::abs(step_s - last_step_s) <= kSameStepShare * last_step_s) return;
     last_step_s = step_s;
     solver.forget();
   }
@@ -270,6 +326,106 @@ struct Simulator::Impl {
     return report;
   }
 
+  // All effects act and all tissue moves, after what is no motion from the frame before.
+  void choose_all(const Controls& controls) {
+    choice->chooser.let_all_act();
+    choice->resting.wake_all(all_of(controls), solver);
+    choice->owed_s = 0.0;
+    choice->stood_still = false;
+    choice->speed_mm_per_s = 0.0;
+    choice->creep_mm_per_s = std::numeric_limits<double>::infinity();
+  }
+
+  // A frame with as much as it needs.
+  SettleReport advance_by_choice(const Controls& controls, double frame_s, FaceState& state) {
+    check(controls);
+    if (state.positions_mm != known) choose_all(controls_of(state, controls));
+    Choice& c = *choice;
+    const double step_s = c.owed_s + frame_s;
+    const double moved_mm = c.moved_mm(known_controls, controls);
+    state.time_s += frame_s;
+    if (moved_mm + c.creep_mm_per_s * step_s <= kUnseenShare * c.tolerance_mm) {
+      c.owed_s = step_s;
+      c.stood_still = true;
+      SettleReport report = c.last;
+      report.solved = false;
+      report.iterations = report.factorisations = 0;
+      return report;
+    }
+    c.chooser.expect(
+        {step_s, moved_mm, std::abs(moved_mm - step_s * c.speed_mm_per_s), c.reach.sag_mm});
+    const bool at_rest =
+        c.stood_still && kCreepS * c.creep_mm_per_s <= kUnseenShare * c.tolerance_mm;
+    c.resting.follow(all_of(controls), step_s, at_rest, solver);
+    const FaceState before = state;
+    SettleReport report;
+    while (!step(controls, step_s, state, report)) state = before;
+    c.chooser.dismiss(state);
+    double largest2 = 0.0;
+    for (std::size_t k = 0; k < before.positions_mm.size(); ++k) {
+      largest2 = std::max(largest2, (state.positions_mm[k] - before.positions_mm[k]).squaredNorm());
+    }
+    const bool steady = moved_mm <= kSteadyShare * c.tolerance_mm && report.converged;
+    c.creep_mm_per_s = std::numeric_limits<double>::infinity();
+    if (steady) c.creep_mm_per_s = c.chooser.looks_back() ? std::sqrt(largest2) / step_s : 0.0;
+    c.speed_mm_per_s = moved_mm / step_s;
+    c.owed_s = 0.0;
+    c.stood_still = false;
+    finish(controls, state, report);
+    report.moving_share = c.resting.moving_share();
+    c.last = report;
+    return report;
+  }
+
+  // False if an effect was missing, which then is there.
+  bool step(const Controls& controls, double step_s, FaceState& state, SettleReport& report) {
+    const Controls from = controls_of(state, controls);
+    const bool looks_back = choice->chooser.looks_back();
+    const std::vector<Vec3> before = state.positions_mm;
+    if (last_step_s == 0.0) enter_step(step_s);
+    if (looks_back) {
+      energy.begin_step(state, step_s);
+      carry(from, controls, state.positions_mm);
+      coast(state, step_s);
+      ahead.clear();
+      minimise(options.relative_residual, kWayLeftMm, state.positions_mm, report);
+    } else {
+      report = settle_moving(from, controls, false, state.positions_mm);
+    }
+    const bool complete = choice->chooser.accept(state.positions_mm, step_s, solver);
+    if (looks_back) {
+      std::vector<double> left_mm;
+      if (complete && choice->resting.could_shrink()) left_mm = way_to_creep(state.positions_mm);
+      energy.end_step(state);
+      if (!left_mm.empty()) choice->resting.shrink(left_mm, solver);
+    } else {
+      state.velocities_mm_per_s.resize(before.size());
+      for (std::size_t k = 0; k < before.size(); ++k) {
+        state.velocities_mm_per_s[k] = (state.positions_mm[k] - before[k]) / step_s;
+      }
+    }
+    return complete;
+  }
+
+  // Per column, how far it would go if all effects let go that look back.
+  std::vector<double> way_to_creep(const std::vector<Vec3>& x) {
+    scratch.setZero(3 * energy.num_nodes());
+    for (std::size_t k = 0; k < energy.effects().parts().size(); ++k) {
+      const Effects::Part& part = energy.effects().parts()[k];
+      if (part.acts && !part.memory.empty()) energy.add_effect_gradient(k, x, scratch);
+    }
+    const Lattice& lattice = energy.lattice();
+    std::vector<double> way(lattice.columns.size(), std::numeric_limits<double>::infinity());
+    if (!solver.has_factor()) return way;
+    solver.factor().solve_roughly(scratch.head(energy.num_unknowns()));
+    std::fill(way.begin(), way.end(), 0.0);
+    for (int node = 0; node < lattice.num_free_nodes; ++node) {
+      double& most = way[lattice.column_of[node]];
+      most = std::max(most, scratch.segment<3>(3 * node).norm());
+    }
+    return way;
+  }
+
   void finish(const Controls& controls, FaceState& state, SettleReport& report) {
     const FaceEnergy::VolumeReport volumes = energy.volumes(state.positions_mm);
     report.inverted_elements = volumes.inverted;
@@ -288,6 +444,7 @@ struct Simulator::Impl {
   EquilibriumSolver solver;
   ActiveRegion region;
   std::unique_ptr<ExplicitFace> explicit_face;  // if that is the solver
+  std::optional<Choice> choice;                 // if the scene leaves one
   Factor sensitivity_factor;  // apart, so that asking for sensitivities does not change settling
   std::vector<Vec3> known;    // the last equilibrium, and what it is the equilibrium of
   Controls known_controls;
@@ -321,6 +478,7 @@ SettleReport Simulator::settle(const Controls& controls, FaceState& state) {
   assert(state.positions_mm.size() == impl.known.size());
   impl.check(controls);
   impl.enter_step(0.0);
+  if (impl.choice) impl.choose_all(controls);
   const Controls from = impl.controls_of(state, controls);
   const bool from_heap = impl.is_heap(state);
   SettleReport report;
@@ -331,7 +489,7 @@ SettleReport Simulator::settle(const Controls& controls, FaceState& state) {
               report.factorisations + part.factorisations,
               part.residual};
   };
-  if (impl.options.still_mm == 0.0) {
+  if (impl.options.still_mm == 0.0 || impl.choice) {
     settle_region();
   } else {
     impl.region.choose(
@@ -339,6 +497,10 @@ SettleReport Simulator::settle(const Controls& controls, FaceState& state) {
     settle_region();
     // What was left out must be able to stay where it is.
     while (impl.region.grow(impl.options.still_mm, state, impl.solver)) settle_region();
+  }
+  if (impl.choice) {
+    impl.choice->chooser.accept(state.positions_mm, 0.0, impl.solver);
+    impl.choice->chooser.dismiss(state);
   }
   state.velocities_mm_per_s.clear();
   state.history.clear();
@@ -350,6 +512,7 @@ SettleReport Simulator::advance(const Controls& controls, double step_s, FaceSta
   Impl& impl = *impl_;
   require(step_s > 0.0 && step_s <= 1.0,
           "time step: " + std::to_string(step_s) + " s, expected above 0, at most 1");
+  if (impl.choice) return impl.advance_by_choice(controls, step_s, state);
   if (!impl.explicit_face && impl.energy.effects().memory().empty()) {
     const SettleReport report = settle(controls, state);
     state.time_s += step_s;
@@ -370,6 +533,15 @@ SettleReport Simulator::advance(const Controls& controls, double step_s, FaceSta
   state.time_s += step_s;
   impl.finish(controls, state, report);
   return report;
+}
+
+const std::vector<Effects::Part>& Simulator::effects() const {
+  return impl_->energy.effects().parts();
+}
+
+std::vector<EffectUse> Simulator::effect_uses() const {
+  if (impl_->choice) return impl_->choice->chooser.uses();
+  return std::vector<EffectUse>(effects().size());
 }
 
 Sensitivity Simulator::surface_sensitivity(const Controls& controls, const FaceState& state) {

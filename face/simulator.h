@@ -12,6 +12,7 @@
 
 #include "face/anatomy.h"
 #include "face/contractions.h"
+#include "face/effect_chooser.h"
 #include "face/energy.h"
 #include "face/state.h"
 
@@ -34,6 +35,11 @@ struct SettleOptions {
   // Where the face settles, columns of tissue that the controls cannot move further than this are
   // not solved for. 0 = all are, always.
   double still_mm = 0.0;
+  // As time passes, effects, tissue and frames that change less than this are left out, as far as
+  // can be told: the difference to everything is meant to stay below. 0 = nothing is left out.
+  double choose_mm = 0.0;
+  static constexpr double kUsualChooseMm = 0.1;
+  static constexpr double kMostChooseMm = 10.0;
   void check() const;  // throws InputError naming the value outside its range
 };
 
@@ -46,6 +52,7 @@ struct SettleReport {
   int inverted_elements = 0;  // elements with negative volume in the result
   double mean_volume_change = 0.0;  // mean |V - V0| / V0
   double moving_share = 1.0;        // of the columns, those solved for
+  bool solved = true;               // false: nothing would have moved visibly, nothing did
   // Of explicit steps: how many, the longest that is stable, and how often the watchdog had to
   // bring back a good state. Converged means that it did not give up; what moves has a residual.
   int substeps = 0;
@@ -82,6 +89,10 @@ class Simulator {
 
   // Lets step_s pass while the controls go to `controls`.
   SettleReport advance(const Controls& controls, double step_s, FaceState& state);
+
+  // The effects of the scene, and what is known of each from the last frame; by place.
+  const std::vector<Effects::Part>& effects() const;
+  std::vector<EffectUse> effect_uses() const;
 
   // How the surface follows the controls around an equilibrium, from the exact Hessian there.
   Sensitivity surface_sensitivity(const Controls& controls, const FaceState& state);

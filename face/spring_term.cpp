@@ -21,6 +21,10 @@ double SpringTerm::add_gradient(const std::vector<Vec3>& x, Eigen::VectorXd& gra
 
 void SpringTerm::add_hessian(const std::vector<Vec3>& x, HessianSink& sink) const {
   for (const Spring& spring : lattice_.springs) {
+    if (!sink.looks_at(spring.i, spring.j)) {
+      sink.skip(3);
+      continue;
+    }
     const Eigen::Matrix3d piece = spring_hessian(spring, x[spring.j] - x[spring.i]);
     sink.add(spring.i, spring.i, piece);
     sink.add(spring.j, spring.j, piece);

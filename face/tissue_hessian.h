@@ -27,6 +27,7 @@ class TissueHessian final : public HessianSink {
 
   void set_zero();
   void add(int a, int b, const Eigen::Matrix3d& piece) override;
+  void skip(std::size_t num_pieces) override { next_ += num_pieces; }
 
   const ColumnMatrix& free() const { return free_; }
   const std::vector<BoneBlock>& bone() const { return bone_; }
@@ -49,6 +50,14 @@ class PatternRecorder final : public HessianSink {
  public:
   void add(int a, int b, const Eigen::Matrix3d& /*piece*/) override { pairs.push_back({a, b}); }
   std::vector<std::array<int, 2>> pairs;
+};
+
+// How many pieces come.
+class PieceCounter final : public HessianSink {
+ public:
+  void add(int /*a*/, int /*b*/, const Eigen::Matrix3d& /*piece*/) override { ++num_pieces; }
+  void skip(std::size_t num) override { num_pieces += num; }
+  std::size_t num_pieces = 0;
 };
 
 }  // namespace zygoma

@@ -54,6 +54,7 @@ Effect make_gravity_effect() {
   Effect effect;
   effect.name = "gravity";
   effect.what = "tissue hangs when the head lies, leans or falls; upright it changes nothing";
+  effect.only_if_asked = "heads are upright unless the scene says otherwise";
   effect.parameters = {
       {"magnitude_g",
        1.0,

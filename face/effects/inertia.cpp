@@ -98,6 +98,12 @@ Effect make_inertia_effect() {
        1e4,
        "gamma / m: friction inside the tissue; below 10 it trembles, above 1000 it creeps"},
   };
+  effect.called_for_when = "motion changes so fast that mass lags";
+  effect.could_change_mm = [](const EffectValues& values, const ExpectedMotion& motion) {
+    const double acceleration = motion.changed_mm / (motion.step_s * motion.step_s) +
+                                values["damping_per_s"] * motion.moved_mm / motion.step_s;
+    return values["mass_factor"] * acceleration * motion.sag_mm;
+  };
   effect.internal = false;  // momentum is kept by the step, not within it
   effect.build = [](const EffectValues& values,
                     const Anatomy& /*anatomy*/,

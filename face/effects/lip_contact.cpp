@@ -139,6 +139,7 @@ Effect make_lip_contact_effect() {
        "the same from front to back, the thickness of the lips; below 6 strong lips slip past each "
        "other"},
   };
+  effect.called_for_when = "jaw or lip muscles bring the lips together";
   effect.internal = false;
   effect.build = [](const EffectValues& values,
                     const Anatomy& anatomy,

@@ -107,6 +107,10 @@ class SkullContact final : public EnergyTerm {
   // Without the pieces between bone nodes, which nobody asks for.
   void add_hessian(const std::vector<Vec3>& x, HessianSink& sink) const override {
     for (const Site& site : sites_) {
+      if (!sink.looks_at(site.fascia, site.bone)) {
+        sink.skip(2 + 3 * site.ring.size());
+        continue;
+      }
       const BoneNormal bone = normal(site, x);
       const Vec3 up = x[site.fascia] - x[site.bone];
       const double depth = std::max(0.0, site.distance_mm - up.dot(bone.n));
@@ -194,6 +198,7 @@ Effect make_skull_contact_effect() {
        "pressure at which the fascia would reach the bone; below 50 strong muscles get through, "
        "above 1e4 steps of the solvers become short"},
   };
+  effect.called_for_when = "muscles pull the fascia onto the bone";
   effect.build = [](const EffectValues& values,
                     const Anatomy& anatomy,
                     const Lattice& lattice,

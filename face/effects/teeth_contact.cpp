@@ -175,6 +175,7 @@ Effect make_teeth_contact_effect() {
        "pressure 1 mm beyond; below 200 lips sink into the teeth, above 1e5 steps of the solvers "
        "become short"},
   };
+  effect.called_for_when = "lips are drawn onto the teeth";
   effect.internal = false;
   effect.build = [](const EffectValues& values,
                     const Anatomy& anatomy,

@@ -53,6 +53,10 @@ class Viscosity final : public EnergyTerm, public MemoryTerm {
   void add_hessian(const std::vector<Vec3>& x, HessianSink& sink) const override {
     for (std::size_t k = 0; k < target_.size(); ++k) {
       const Spring& spring = lattice_.springs[k];
+      if (!sink.looks_at(spring.i, spring.j)) {
+        sink.skip(3);
+        continue;
+      }
       const Vec3 r = x[spring.j] - x[spring.i];
       const double l2 = r.squaredNorm() + spring.softening_mm2;
       const double l = std::sqrt(l2);
@@ -82,8 +86,9 @@ class Viscosity final : public EnergyTerm, public MemoryTerm {
                 std::to_string(remembers ? found->second.size() : 0) + " springs, expected " +
                 std::to_string(target_.size()));
     const double kept = std::exp(-step_s / relaxation_s_);
+    kept_ = kept;
     follow_ = -std::expm1(-step_s / relaxation_s_) * relaxation_s_ / step_s;
-    for (std::size_t k = 0; k < target_.size(); ++k) {
+    for (const int k : moving_) {
       const double q = remembers ? found->second[k] : 0.0;
       target_[k] = elongation(lattice_.springs[k], state.positions_mm) - kept * q / follow_;
     }
@@ -91,8 +96,12 @@ class Viscosity final : public EnergyTerm, public MemoryTerm {
 
   void end_step(FaceState& state) override {
     std::vector<double>& q = state.history[kName];
-    q.resize(target_.size());
-    for (std::size_t k = 0; k < q.size(); ++k) {
+    q.resize(target_.size(), 0.0);
+    // Springs that are left out keep their length.
+    if (moving_.size() < q.size()) {
+      for (double& left : q) left *= kept_;
+    }
+    for (const int k : moving_) {
       q[k] = follow_ * (elongation(lattice_.springs[k], state.positions_mm) - target_[k]);
     }
     follow_ = 0.0;
@@ -112,6 +121,7 @@ class Viscosity final : public EnergyTerm, public MemoryTerm {
   double relaxation_s_;
   std::vector<int> moving_;  // springs with an end that moves
   // Of the step that lasts:
+  double kept_ = 1.0;           // a
   double follow_ = 0.0;         // b; 0 between steps
   std::vector<double> target_;  // e*, per spring
 };
@@ -135,6 +145,12 @@ Effect make_viscosity_effect() {
        1e3,
        "time in which its tension falls to 1/e; far below a time step it has no effect, far above "
        "the length of a scene it is one more spring"},
+  };
+  effect.called_for_when = "tissue is strained, or has been a moment ago, faster than it creeps";
+  // How far it lags when it goes on at that speed.
+  effect.could_change_mm = [](const EffectValues& values, const ExpectedMotion& motion) {
+    const double share = values["ratio"] / (1.0 + values["ratio"]);
+    return share * values["relaxation_s"] * motion.moved_mm / motion.step_s;
   };
   effect.build = [](const EffectValues& values,
                     const Anatomy& /*anatomy*/,

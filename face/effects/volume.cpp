@@ -39,6 +39,12 @@ class Volume final : public EnergyTerm {
 
   void add_hessian(const std::vector<Vec3>& x, HessianSink& sink) const override {
     for (const Prism& prism : lattice_.prisms) {
+      const std::array<int, 6>& node = prism.node;
+      if (!sink.looks_at(node[0], node[1]) && !sink.looks_at(node[2], node[3]) &&
+          !sink.looks_at(node[4], node[5])) {
+        sink.skip(21);
+        continue;
+      }
       const PrismCorners corner = corners(prism, x);
       PrismCorners g;
       PrismCurvature k;

@@ -20,6 +20,7 @@ constexpr int kFactorSteps = 20;           // what a factor costs, in steps
 constexpr int kMostSteps = 20;             // on one factor within a solve
 constexpr double kFirstRatio = 0.5;        // of one step to the next, unknown yet
 constexpr double kSlowestRatio = 0.95;     // steps that do not shrink count as this
+constexpr std::size_t kKnownFactors = 4;   // of regions, before all are forgotten
 constexpr int kFreshSteps = 2;             // a new factor gets at least these before it is judged
 
 double largest_force(const Eigen::Ref<const VectorXd>& gradient) {
@@ -41,8 +42,24 @@ void EquilibriumSolver::restrict_to(const std::vector<char>& moving_columns) {
   for (int node = 0; node < lattice.num_free_nodes; ++node) {
     if (!moving_columns[lattice.column_of[node]]) frozen_.push_back(node);
   }
-  factor_ = Factor(hessian_.free(), moving_columns);
+  moving_nodes_.assign(lattice.rest_mm.size(), 1);
+  for (const int node : frozen_) moving_nodes_[node] = 0;
+  for (const Column& column : lattice.columns) {
+    if (column.on_bone) moving_nodes_[column.bone()] = 0;
+  }
+  frozen_force_.assign(frozen_.size(), Vec3::Zero());
+  exchange_factor(moving_columns);
   forget();
+}
+
+void EquilibriumSolver::exchange_factor(const std::vector<char>& moving_columns) {
+  if (moving_columns_.empty()) moving_columns_.assign(moving_columns.size(), 1);
+  if (known_factors_.size() >= kKnownFactors) known_factors_.clear();
+  known_factors_.insert_or_assign(moving_columns_, std::move(factor_));
+  auto known = known_factors_.extract(moving_columns);
+  factor_ = known ? std::move(known.mapped()) : Factor(hessian_.free(), moving_columns);
+  moving_columns_ = moving_columns;
+  has_numbers_ = false;
 }
 
 void EquilibriumSolver::forget() {
@@ -52,7 +69,10 @@ void EquilibriumSolver::forget() {
 
 double EquilibriumSolver::evaluate(const std::vector<Vec3>& x, VectorXd& gradient) {
   const double value = energy_.evaluate(x, gradient);
-  for (const int node : frozen_) gradient.segment<3>(3 * node).setZero();
+  for (std::size_t k = 0; k < frozen_.size(); ++k) {
+    frozen_force_[k] = gradient.segment<3>(3 * frozen_[k]);
+    gradient.segment<3>(3 * frozen_[k]).setZero();
+  }
   auto on_bone = gradient.tail(gradient.size() - energy_.num_unknowns());
   load_mn_ = std::max(largest_force(on_bone), energy_.largest_muscle_force(x));
   on_bone.setZero();
@@ -81,8 +101,10 @@ double EquilibriumSolver::factor_at(const std::vector<Vec3>& x,
 void EquilibriumSolver::refactor(const std::vector<Vec3>& x,
                                  double first_shift,
                                  EquilibriumReport& report) {
+  hessian_.look_at(frozen_.empty() ? nullptr : &moving_nodes_);
   shift_ = factor_at(x, factor_, first_shift);
-  have_factor_ = true;
+  hessian_.look_at(nullptr);
+  have_factor_ = has_numbers_ = true;
   solves_on_factor_ = 1.0;
   steps_on_factor_ = kFactorSteps;
   history_.clear();

@@ -16,6 +16,7 @@
 
 #include <Eigen/Core>
 #include <deque>
+#include <map>
 #include <vector>
 
 #include "face/energy.h"
@@ -49,6 +50,11 @@ class EquilibriumSolver {
   // Only nodes of the marked columns move from now on; the energy has to be restricted alike.
   void restrict_to(const std::vector<char>& moving_columns);
 
+  // Free nodes that do not move, and the gradient on each as far as it comes from what moves, at
+  // the end of the last solve.
+  const std::vector<int>& resting_nodes() const { return frozen_; }
+  const std::vector<Vec3>& resting_force() const { return frozen_force_; }
+
   // Forgets what was learnt from an energy that has changed its character (not its controls).
   void forget();
 
@@ -66,6 +72,8 @@ class EquilibriumSolver {
 
   // For others to copy: its order of elimination is dear to find.
   const Factor& factor() const { return factor_; }
+  // Whether it has numbers, however old.
+  bool has_factor() const { return has_numbers_; }
 
   // As last assembled.
   const TissueHessian& hessian() const { return hessian_; }
@@ -78,6 +86,7 @@ class EquilibriumSolver {
   };
 
   double evaluate(const std::vector<Vec3>& x, Eigen::VectorXd& gradient);
+  void exchange_factor(const std::vector<char>& moving_columns);
   void refactor(const std::vector<Vec3>& x, double first_shift, EquilibriumReport& report);
   void find_direction();
   bool search(std::vector<Vec3>& x, double& taken);
@@ -88,6 +97,11 @@ class EquilibriumSolver {
   TissueHessian hessian_;
   Factor factor_;
   std::vector<int> frozen_;  // free nodes that do not move
+  std::vector<char> moving_nodes_;
+  std::vector<Vec3> frozen_force_;
+  std::map<std::vector<char>, Factor> known_factors_;  // of regions left: their order is dear
+  std::vector<char> moving_columns_;                   // empty = all
+  bool has_numbers_ = false;
   bool have_factor_ = false;
   double shift_ = 0.0;  // that it was factored with
   double solves_on_factor_ = 0.0;

@@ -55,6 +55,32 @@ void EffectOptions::declare(OptionSink& options) {
   options.texts("--without", without_, "EFFECT", "an effect to leave out; may be repeated");
 }
 
+void EffectOptions::declare_choice(OptionSink& options) {
+  declare(options);
+  options.choice("--effects",
+                 effects_,
+                 {"scene", "auto"},
+                 "as the scene says, or auto: every effect there is, where a moment calls for it");
+  options.number("--effects-tolerance",
+                 tolerance_mm_,
+                 {1e-6, 10.0},
+                 "mm that `--effects auto` may leave out against simulating everything");
+}
+
+void EffectOptions::apply(Scene& scene) const {
+  if (effects_ == "auto") {
+    require(scene.settle.solver == Solver::kImplicit,
+            "--effects auto: goes with solver.kind equilibrium, the scene says explicit");
+    for (const EffectChoice& usual : usual_effects()) {
+      const auto same = [&](const EffectChoice& choice) { return choice.name == usual.name; };
+      std::vector<EffectChoice>& effects = scene.tissue.effects;
+      if (std::none_of(effects.begin(), effects.end(), same)) effects.push_back(usual);
+    }
+    scene.settle.choose_mm = tolerance_mm_;
+  }
+  apply(scene.tissue.effects);
+}
+
 void EffectOptions::apply(std::vector<EffectChoice>& effects) const {
   for (const std::string& name : without_) {
     require(std::any_of(all_effects().begin(),

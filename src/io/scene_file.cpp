@@ -19,6 +19,7 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kScene = R"(a scene file (JSON) like {"motion": {"keys": [...]}})";
+constexpr const char* kAuto = "auto";
 constexpr const char* kKeyframes =
     R"(keyframes (JSON) like {"keys": [{"time_s": 0}, {"time_s": 1, "pose": "6+12"}]})";
 
@@ -228,10 +229,29 @@ const Named& known(const std::string& where,
                    (names.empty() ? "nothing" : "one of " + joined(names)));
 }
 
-void read_effects(const std::string& where, const json& value, std::vector<EffectChoice>& effects) {
-  if (!value.is_object()) complain(where, value, R"(an object like {"volume": {}})");
+// "auto", or effects by name. "auto" among the names: these, where they are called for.
+void read_effects(const std::string& where,
+                  const json& value,
+                  std::vector<EffectChoice>& effects,
+                  SettleOptions& settle) {
+  if (value == kAuto) {
+    effects = usual_effects();
+    settle.choose_mm = SettleOptions::kUsualChooseMm;
+    return;
+  }
+  if (!value.is_object()) complain(where, value, R"("auto" or an object like {"volume": {}})");
   effects.clear();
   for (const auto& [name, parameters] : value.items()) {
+    if (name == kAuto) {
+      Section section(where + "." + name, parameters);
+      settle.choose_mm = SettleOptions::kUsualChooseMm;
+      section.number("tolerance_mm", settle.choose_mm);
+      section.done();
+      require(settle.choose_mm > 0.0 && settle.choose_mm <= SettleOptions::kMostChooseMm,
+              where + ".auto.tolerance_mm is " + shortest_text(settle.choose_mm) +
+                  ", expected above 0, at most " + shortest_text(SettleOptions::kMostChooseMm));
+      continue;
+    }
     const Effect& effect = known(where, name, all_effects());
     const std::string place = where + "." + name;
     if (!parameters.is_object()) complain(place, parameters, "an object of its parameters");
@@ -242,6 +262,7 @@ void read_effects(const std::string& where, const json& value, std::vector<Effec
     }
     effects.push_back(std::move(choice));
   }
+  if (settle.choose_mm > 0.0 && effects.empty()) effects = usual_effects();
 }
 
 void read_solver(Section section, SettleOptions& settle) {
@@ -380,7 +401,7 @@ Scene read_scene(const std::string& path) {
     read_muscles({where, value}, scene.tissue.muscles);
   });
   part("effects", [&](const std::string& where, const json& value) {
-    read_effects(where, value, scene.tissue.effects);
+    read_effects(where, value, scene.tissue.effects, scene.settle);
   });
   part("solver", [&](const std::string& where, const json& value) {
     read_solver({where, value}, scene.settle);
@@ -396,6 +417,8 @@ Scene read_scene(const std::string& path) {
   check_section(root + " ", [&] { scene.tissue.muscles.check(); });
   check_section(root + " effects: ", [&] { check_effects(scene.tissue.effects); });
   check_section(root + " solver.", [&] { scene.settle.check(); });
+  require(scene.settle.choose_mm == 0.0 || scene.settle.solver == Solver::kImplicit,
+          root + " effects: auto goes with solver.kind equilibrium, not with explicit");
   check_section(root + " motion.", [&] { scene.motion.check(); });
   return scene;
 }

@@ -11,29 +11,23 @@
 namespace zygoma {
 namespace {
 
-// How far points are from where they were: the largest, and the sum of squares.
-struct Distance {
-  double largest_mm = 0.0;
-  double sum_mm2 = 0.0;
-  double count = 0.0;
-
-  void add(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
-    assert(a.size() == b.size());
-    for (std::size_t v = 0; v < a.size(); ++v) {
-      const double off2 = (a[v] - b[v]).squaredNorm();
-      largest_mm = std::max(largest_mm, std::sqrt(off2));
-      sum_mm2 += off2;
-    }
-    count += static_cast<double>(a.size());
-  }
-  double rms_mm() const { return count > 0.0 ? std::sqrt(sum_mm2 / count) : 0.0; }
-};
-
 template <typename Value>
 auto largest(const std::vector<MotionRow>& rows, const Value& value) {
   decltype(value(rows.front())) most{};
   for (const MotionRow& row : rows) most = std::max(most, value(row));
   return most;
+}
+
+// By place in all_effects(); what the scene does not have never acts.
+std::vector<EffectUse> uses_in(const Simulator& face, bool solved) {
+  std::vector<EffectUse> uses(all_effects().size(), EffectUse{false, 0.0});
+  const std::vector<EffectUse> known = face.effect_uses();
+  for (std::size_t k = 0; k < known.size(); ++k) {
+    EffectUse& use = uses[face.effects()[k].effect - all_effects().data()];
+    use = known[k];
+    use.acts = use.acts && solved;
+  }
+  return uses;
 }
 
 Scene toggled(const Scene& scene, const std::string& effect, bool& was_there) {
@@ -46,6 +40,26 @@ Scene toggled(const Scene& scene, const std::string& effect, bool& was_there) {
 }
 
 }  // namespace
+
+void Distance::add(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  assert(a.size() == b.size());
+  for (std::size_t v = 0; v < a.size(); ++v) {
+    const double off2 = (a[v] - b[v]).squaredNorm();
+    largest_mm = std::max(largest_mm, std::sqrt(off2));
+    sum_mm2 += off2;
+  }
+  count += static_cast<double>(a.size());
+}
+
+double Distance::rms_mm() const { return count > 0.0 ? std::sqrt(sum_mm2 / count) : 0.0; }
+
+Distance distance_between(const Simulation& a, const Simulation& b) {
+  Distance apart;
+  for (std::size_t k = 0; k < std::min(a.surfaces_mm.size(), b.surfaces_mm.size()); ++k) {
+    apart.add(a.surfaces_mm[k], b.surfaces_mm[k]);
+  }
+  return apart;
+}
 
 double Simulation::frame_ms() const {
   double sum = 0.0;
@@ -90,6 +104,7 @@ Simulation simulate_scene(const Scene& scene,
       row.settle = face.advance(controls[k], row.time_s - track.frames[k - 1].time_s, state);
     }
     row.ms = thread_ms() - begin_ms;
+    simulation.uses.push_back(uses_in(face, row.settle.solved));
     simulation.surfaces_mm.emplace_back(state.positions_mm.begin(),
                                         state.positions_mm.begin() + num_vertices);
     Distance moved;
@@ -128,10 +143,7 @@ std::vector<EffectRow> compare_effects(const Scene& scene,
     row.ms_without = without.frame_ms();
     row.not_converged_with = with.frames_not_converged();
     row.not_converged_without = without.frames_not_converged();
-    Distance apart;
-    for (std::size_t k = 0; k < base.surfaces_mm.size(); ++k) {
-      apart.add(with.surfaces_mm[k], without.surfaces_mm[k]);
-    }
+    const Distance apart = distance_between(with, without);
     row.largest_mm = apart.largest_mm;
     row.rms_mm = apart.rms_mm();
     rows.push_back(row);

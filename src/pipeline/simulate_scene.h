@@ -16,7 +16,10 @@ namespace zygoma {
 struct Simulation {
   std::vector<MotionRow> rows;
   std::vector<std::vector<Vec3>> surfaces_mm;  // per frame
-  bool stopped = false;                        // with what is done so far
+  // Per frame, the effects of the scene by place in all_effects(); nothing acts in frames that were
+  // not solved.
+  std::vector<std::vector<EffectUse>> uses;
+  bool stopped = false;  // with what is done so far
 
   double frame_ms() const;  // mean
   double worst_residual() const;
@@ -27,6 +30,19 @@ struct Simulation {
 
 // Takes a frame: its number, the state of the face in it, and how it was reached.
 using FrameTaker = std::function<void(int, const FaceState&, const MotionRow&)>;
+
+// How far points are from where they were: the largest, and the sum of squares.
+struct Distance {
+  double largest_mm = 0.0;
+  double sum_mm2 = 0.0;
+  double count = 0.0;
+
+  void add(const std::vector<Vec3>& a, const std::vector<Vec3>& b);
+  double rms_mm() const;
+};
+
+// Over all frames.
+Distance distance_between(const Simulation& a, const Simulation& b);
 
 // `track` is the scene's motion (face/motion.h) for the muscles of the anatomy.
 Simulation simulate_scene(const Scene& scene,

@@ -13,6 +13,7 @@
 #include "tests/support/allocations.h"
 #include "tests/support/derivatives.h"
 #include "tests/support/face_patch.h"
+#include "tests/support/instructions.h"
 
 namespace zygoma {
 
@@ -427,6 +428,87 @@ TEST(Effects, WhatIsNotAskedForIsNotThere) {
   energy.set_controls(contraction, 0.1);
   EXPECT_EQ(energy.evaluate(x, after), value);
   EXPECT_EQ(after, before);
+}
+
+// Springs and muscles alone, and with effects that a scene has but that are away: not one
+// instruction more, not one allocation.
+TEST(Effects, WhatIsAwayExecutesNothing) {
+  const Anatomy anatomy = small_patch();  // every instruction is stepped through
+  TissueModel plain;
+  plain.effects = {};
+  TissueModel full;
+  full.effects.clear();
+  for (const Effect& effect : all_effects()) {
+    if (!effect.called_for_when.empty()) full.effects.push_back({effect.name, {}});
+  }
+  ASSERT_GE(full.effects.size(), 4U);
+  const FaceEnergy bare(anatomy, plain);
+  FaceEnergy energy(anatomy, full);
+  for (std::size_t k = 0; k < full.effects.size(); ++k) energy.set_acts(k, false);
+  std::vector<Vec3> x = bare.lattice().rest_mm;
+  Random random(3);
+  for (Vec3& p : x) p += random.vector();
+  Eigen::VectorXd expected;
+  Eigen::VectorXd gradient;
+  const double value = bare.evaluate(x, expected);
+  EXPECT_EQ(energy.evaluate(x, gradient), value);
+  EXPECT_EQ(gradient, expected);
+  if (test_support::can_count_allocations) {
+    const long before = test_support::num_allocations;
+    energy.evaluate(x, gradient);
+    EXPECT_EQ(test_support::num_allocations, before);
+  }
+  const auto of = [&](const FaceEnergy& e) {
+    return test_support::count_instructions([&] { e.evaluate(x, gradient); });
+  };
+  const std::optional<long> few = of(bare);
+  const std::optional<long> same = of(energy);
+  if (!few || !same) GTEST_SKIP() << "processes may not be traced here: instructions not counted";
+  EXPECT_GT(*few, 10000);
+  // Where memory happens to lie decides on a few.
+  EXPECT_NEAR(
+      static_cast<double>(*same), static_cast<double>(*few), 1e-3 * static_cast<double>(*few));
+}
+
+// And its second derivatives are those of what is there.
+TEST(Effects, WhatIsAwayLeavesTheHessianAlone) {
+  const Anatomy anatomy = small_patch();
+  TissueModel full;
+  full.effects.clear();
+  for (const Effect& effect : all_effects()) full.effects.push_back({effect.name, {}});
+  FaceEnergy energy(anatomy, full);
+  TissueHessian h = energy.make_hessian();
+  std::size_t away = 0;
+  while (energy.effects().parts()[away].effect->name != "skull_contact") ++away;
+  energy.set_acts(away, false);
+  Random random(4);
+  std::vector<Vec3> x = energy.lattice().rest_mm;
+  for (Vec3& p : x) p += 3.0 * random.vector();
+  energy.hessian(x, h);
+  const Eigen::Index n = energy.num_unknowns();
+  // The diagonal blocks tell pieces that ended up in the wrong place.
+  Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(n);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int node = 0; node < energy.lattice().num_free_nodes; ++node) {
+      std::vector<Vec3> unit(x.size(), Vec3::Zero());
+      unit[node][axis] = 1.0;
+      if (node % 7 != 0) continue;  // some will do
+      HessianProduct product(unit);
+      energy.add_hessian(x, product);
+      diagonal[3 * node + axis] = product.result[3 * node + axis];
+    }
+  }
+  double scale = diagonal.cwiseAbs().maxCoeff();
+  ASSERT_GT(scale, 0.0);
+  for (std::size_t c = 0; c < energy.lattice().columns.size(); ++c) {
+    const Eigen::VectorXd block = h.free().diagonal(static_cast<int>(c)).diagonal();
+    const std::vector<int>& nodes = energy.lattice().columns[c].nodes;
+    for (Eigen::Index k = 0; k < block.size(); ++k) {
+      const int node = nodes[k / 3];
+      if (node % 7 != 0) continue;
+      EXPECT_NEAR(block[k], diagonal[3 * node + k % 3], 1e-9 * scale);
+    }
+  }
 }
 
 TEST(Effects, EachAddsItsOwnTermsOnly) {

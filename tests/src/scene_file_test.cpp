@@ -100,6 +100,23 @@ TEST(SceneFileTest, EffectsAndWordsForLayers) {
   EXPECT_EQ(scene.tissue.effects, (std::vector<EffectChoice>{{"volume", {{"factor", 2.0}}}}));
 }
 
+TEST(SceneFileTest, EffectsLeftToTheProgram) {
+  const ScratchFolder folder;
+  const auto scene_with = [&](const std::string& effects) {
+    return read_scene(folder.write("s.json", R"({"effects": )" + effects + ", " + kMotion + "}"));
+  };
+  EXPECT_EQ(scene_with(R"({"volume": {}})").settle.choose_mm, 0.0);
+  EXPECT_EQ(scene_with(R"("auto")").settle.choose_mm, SettleOptions::kUsualChooseMm);
+  EXPECT_EQ(scene_with(R"("auto")").tissue.effects, usual_effects());
+  const Scene exact = scene_with(R"({"auto": {"tolerance_mm": 0.02}})");
+  EXPECT_EQ(exact.settle.choose_mm, 0.02);
+  EXPECT_EQ(exact.tissue.effects, usual_effects());
+  const Scene some = scene_with(R"({"auto": {}, "volume": {}, "viscosity": {"ratio": 2}})");
+  EXPECT_EQ(some.settle.choose_mm, SettleOptions::kUsualChooseMm);
+  EXPECT_EQ(some.tissue.effects,
+            (std::vector<EffectChoice>{{"viscosity", {{"ratio", 2.0}}}, {"volume", {}}}));
+}
+
 struct BadScene {
   const char* text;  // of the file; one that begins with a quote gets braces and a motion
   std::vector<std::string> words;
@@ -162,6 +179,11 @@ const std::vector<BadScene> kBadScenes{
     {R"("muscles": {"strength": 1})", {"muscles: 'strength' is unknown", "hold_kpa_per_mm"}},
     // effects
     {R"("effects": [])", {"effects: a list of 0", "an object"}},
+    {R"("effects": "all")", {"effects: '\"all\"'", "\"auto\" or an object"}},
+    {R"("effects": {"auto": {"tolerance_mm": 0}})", {"tolerance_mm is 0", "above 0"}},
+    {R"("effects": {"auto": {"tolerance_mm": 11}})", {"tolerance_mm is 11", "at most 10"}},
+    {R"("effects": {"auto": {"calm": 1}})", {"effects.auto: 'calm' is unknown", "tolerance_mm"}},
+    {R"("effects": "auto", "solver": {"kind": "explicit"})", {"auto goes with", "equilibrium"}},
     {R"("effects": {"gravty": {}})", {"effects: 'gravty' is unknown", "volume"}},
     {R"("effects": {"volume": 1})", {"effects.volume: '1'", "an object of its parameters"}},
     {R"("effects": {"volume": {"colour": 1}})", {"effects.volume: 'colour'", "factor"}},

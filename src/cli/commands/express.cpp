@@ -40,7 +40,7 @@ class ExpressCommand : public Command {
                    "open the jaw at least this far, degrees; the expression may open it further");
     options.text(
         "--scene", scene_path_, "FILE", "head, tissue, effects and solver of a scene file");
-    effects_.declare(options);
+    effects_.declare_choice(options);
     face_.declare(options);
     animation_.declare(options);
   }
@@ -56,7 +56,7 @@ class ExpressCommand : public Command {
     const ChosenScene chosen = face_.scene(scene_path_);
     if (!chosen.remark.empty()) context.progress.note(chosen.remark);
     Scene scene = chosen.scene;
-    effects_.apply(scene.tissue.effects);
+    effects_.apply(scene);
     const auto anatomy =
         std::make_shared<const Anatomy>(make_generic_head(scene.identity, scene.head));
     scene.motion = motion_to(pose, anatomy->jaw, is_video);

@@ -53,9 +53,10 @@ class SimulateCommand : public Command {
   void declare(OptionSink& options) override {
     options.positional("SCENE", scene_path_, "a scene file (JSON, docs/formats.md)");
     options.text("-o,--output", folder_, "FOLDER", "where the results go; made if missing");
-    effects_.declare(options);
-    options.flag(
-        "--simulate-all", simulate_all_, "solve for all tissue, also where it hardly moves");
+    effects_.declare_choice(options);
+    options.flag("--simulate-all",
+                 simulate_all_,
+                 "every effect in every frame and all tissue, also where it hardly moves");
     options.flag("--compare",
                  compare_,
                  "run once more for each effect, with it or without, and say what it costs and "
@@ -68,8 +69,8 @@ class SimulateCommand : public Command {
 
   int run(RunContext& context) override {
     Scene scene = read_scene(scene_path_);
-    effects_.apply(scene.tissue.effects);
-    if (simulate_all_) scene.settle.still_mm = 0.0;
+    effects_.apply(scene);
+    if (simulate_all_) scene.settle.still_mm = scene.settle.choose_mm = 0.0;
     if (!picture_path_.empty()) require_picture_name(picture_path_);
     for (const std::string& path : {video_path_, picture_path_}) {
       require_not_the_input(path, scene_path_);
