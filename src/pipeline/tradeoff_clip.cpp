@@ -178,11 +178,14 @@ std::vector<RetargetChoice> retarget_choices() {
     options.causal = true;
     add(family, "live", options);
     options.causal = false;
-    for (const int window : {6, 24, 60}) {
+    const RefineOptions usual;
+    for (const double times : {0.25, 1.0, 2.0}) {
+      const auto share = [&](int frames) { return static_cast<int>(times * frames); };
+      const int window = share(usual.window_frames);
       options.refinement.window_frames = window;
-      options.refinement.lookahead_frames = window / 3;
+      options.refinement.lookahead_frames = share(usual.lookahead_frames);
       RetargetChoice* added = add(family, "windows of " + std::to_string(window), options);
-      if (window != RefineOptions().window_frames) continue;
+      if (times != 1.0) continue;
       if (level == FaceLevel::kLinear) added->name = "draft";
       if (level == FaceLevel::kCorrected) added->name = "standard";
       if (level == FaceLevel::kLattice) added->name = "reference";
@@ -192,7 +195,7 @@ std::vector<RetargetChoice> retarget_choices() {
     for (const double tolerance : {1e-2, 1e-6}) {
       options.refinement.tolerance = tolerance;
       options.refinement.max_iterations = tolerance < 1e-4 ? 200 : 40;
-      add(family, "windows of 24 to " + number(tolerance), options);
+      add(family, "the usual windows to " + number(tolerance), options);
     }
   }
   return all;

@@ -145,7 +145,7 @@ TEST(TradeoffTest, TrackerIsHeldAgainstTheTruthOrTheMostCarefulSetting) {
     return *std::find_if(all.begin(), all.end(), [&](const auto& c) { return c.name == name; });
   };
   const std::vector<TrackerChoice> few{all.front(), is("draft"), is("standard")};
-  TradeoffClip clip = sample_clip(2.0);
+  TradeoffClip clip = sample_clip(4.0);
   const TradeoffStage alone = measure_tracker(clip, few, tracker_reference(), silent, {});
   clip.true_contours = read_contours_csv(sample(".contours.csv"));
   const TradeoffStage known = measure_tracker(clip, few, tracker_reference(), silent, {});
