@@ -35,6 +35,12 @@ HeadPose head_pose(const FrameEstimate& estimate, const Calibration& calibration
   return pose;
 }
 
+// A camera of unknown focal length is as far away as that of the response.
+double inverse_distance_per_mm(const Calibration& calibration, const RetargetOptions& options) {
+  const double focal_mm = options.focal_length_px * calibration.performer.millimetre_per_px;
+  return 1.0 / (focal_mm > 0.0 ? focal_mm : calibration.response.viewing_distance_mm);
+}
+
 }  // namespace
 
 Calibration calibrate(const Neutral& neutral,
@@ -57,10 +63,16 @@ FrameEstimator::FrameEstimator(const Calibration& calibration,
       options_(options),
       refiner_(calibration.response,
                calibration.performer.neutral_mm,
-               options.focal_length_px > 0.0
-                   ? 1.0 / (options.focal_length_px * calibration.performer.millimetre_per_px)
-                   : 0.0,
+               inverse_distance_per_mm(calibration, options),
                options.refinement) {
+  if (!options.causal) {
+    RefineOptions rough = options.refinement;
+    rough.tolerance = std::max(1e-2, rough.tolerance);
+    first_pass_ = std::make_unique<Refiner>(calibration.response,
+                                            calibration.performer.neutral_mm,
+                                            inverse_distance_per_mm(calibration, options),
+                                            rough);
+  }
   if (options.level == FaceLevel::kLattice && lattice != nullptr) {
     loop_ = std::make_unique<LatticeLoop>(
         *lattice, calibration.response, calibration.gain, options.lattice_loop);
@@ -102,7 +114,8 @@ RefinedFrame FrameEstimator::refine(FrameEstimate& estimate,
   FrameObservation& seen = estimate.reading.observation;
   const auto solve = [&](const RefinedFrame& from) {
     seen.correction = estimate.correction.at.size() > 0 ? &estimate.correction : nullptr;
-    const RefinedFrame solved = refiner_.refine(seen, from, time);
+    Refiner& refiner = first_pass_ == nullptr ? refiner_ : *first_pass_;
+    const RefinedFrame solved = refiner.refine(seen, from, time);
     seen.correction = nullptr;
     return solved;
   };
@@ -185,13 +198,15 @@ Contractions contractions_of(const FrameEstimate& estimate, const Calibration& c
   return out;
 }
 
-void carry_sigma(std::span<FrameEstimate> estimates, double fastest_per_s, bool causal) {
+void carry_sigma(std::span<FrameEstimate> estimates,
+                 const Eigen::VectorXd& fastest_per_s,
+                 bool causal) {
   const auto lend = [&](const FrameEstimate& from, FrameEstimate& to) {
     const double step_s = std::abs(to.reading.observation.time_s - from.reading.observation.time_s);
     // A random walk: variances of the changes add up.
-    const double change = fastest_per_s * step_s;
+    const Eigen::ArrayXd change = fastest_per_s.array() * step_s;
     to.posterior.sigma = to.posterior.sigma.cwiseMin(
-        (from.posterior.sigma.cwiseAbs2().array() + change * change).sqrt().matrix());
+        (from.posterior.sigma.array().square() + change.square()).sqrt().matrix());
   };
   for (std::size_t t = 1; t < estimates.size(); ++t) lend(estimates[t - 1], estimates[t]);
   for (std::size_t t = estimates.size(); !causal && t-- > 1;) lend(estimates[t], estimates[t - 1]);

@@ -56,6 +56,7 @@ class FrameEstimator {
   const Calibration& calibration_;
   RetargetOptions options_;
   Refiner refiner_;
+  std::unique_ptr<Refiner> first_pass_;  // where improve() follows: quicker, rougher
   std::unique_ptr<LatticeLoop> loop_;
   bool has_last_ = false;
   double last_time_s_ = 0.0;
@@ -69,6 +70,8 @@ Contractions contractions_of(const FrameEstimate& estimate, const Calibration& c
 // Errors of a contour persist, so neighbours in time are no further measurement; but what was known
 // a moment ago is still known a little less well: sigma may be no larger than that of a neighbour
 // and the change meanwhile together. Both ways in time, or forwards only.
-void carry_sigma(std::span<FrameEstimate> estimates, double fastest_per_s, bool causal);
+void carry_sigma(std::span<FrameEstimate> estimates,
+                 const Eigen::VectorXd& fastest_per_s,
+                 bool causal);
 
 }  // namespace zygoma

@@ -10,8 +10,8 @@
 //   y1 = y cos theta + z sin theta,  z1 = z cos theta - y sin theta
 //   x' = x cos psi + z1 sin psi,     z' = z1 cos psi - x sin psi,   y' = y1.
 //
-// D is the distance of the camera from the neutral head: focal length (px) times mm per px. Without
-// it D is infinite, m = 1 (weak perspective).
+// D is the distance of the camera from the neutral head: focal length (px) times mm per px. An
+// infinite D is weak perspective, m = 1.
 #pragma once
 
 #include <Eigen/Core>

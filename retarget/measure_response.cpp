@@ -105,55 +105,79 @@ class Measurement {
     });
   }
 
-  // d = l u + q u^2 through a settled strong contraction; not the full one, which folds tissue.
+  struct Excess {
+    Eigen::VectorXd half;
+    Eigen::VectorXd full;
+    Eigen::MatrixXd slope;  // under half strength
+  };
+
+  // Beyond the linear part at half and at full strength of these controls; false when the face does
+  // not get there.
+  bool measure_excess(const Controls& full, Excess& excess) {
+    Controls half = full;
+    for (double& c : half.contraction) c *= 0.5;
+    half.jaw_rad *= 0.5;
+    FaceState state = rest_;
+    if (!settle(half, state)) return false;
+    excess.half = beyond_linear(state, half);
+    excess.slope = sensitivity(half, state);
+    if (!excess.slope.allFinite() || !settle(full, state)) return false;
+    excess.full = beyond_linear(state, full);
+    return true;
+  }
+
+  // d = l u + q u^2 + r u^3 through both.
+  static Eigen::VectorXd quadratic(const Excess& e) { return 8.0 * e.half - e.full; }
+  static Eigen::VectorXd cubic(const Excess& e) { return 2.0 * e.full - 8.0 * e.half; }
+
   void measure_saturation(double overlap) {
-    constexpr double kStrong = 0.6;
     const int num_muscles = response_.num_muscles();
     const Eigen::MatrixXd motion = motion_per_node(response_.linear_mm, num_muscles);
     for (const std::vector<int>& group : group_muscles(motion, overlap)) {
       Controls controls = slack();
       for (const int i : group) {
         const int muscle = muscle_[static_cast<std::size_t>(i)];
-        controls.contraction[static_cast<std::size_t>(muscle)] = kStrong;
+        controls.contraction[static_cast<std::size_t>(muscle)] = 1.0;
       }
-      FaceState state = rest_;
-      if (!settle(controls, state)) continue;
-      const Eigen::VectorXd excess = beyond_linear(state, controls) / (kStrong * kStrong);
-      Eigen::MatrixXd change = sensitivity(controls, state);
-      if (!change.allFinite()) continue;
-      change = (change - response_.linear_mm) / kStrong;
-      for (int k = 0; k < kNumNodes; ++k) {
-        double total = 0.0;
-        for (const int i : group) total += motion(k, i);
-        for (const int i : group) {
-          if (total <= 0.0) break;
-          const double share = motion(k, i) / total;
-          response_.quadratic_mm.col(i).segment<2>(2 * k) = share * excess.segment<2>(2 * k);
-          for (int other = 0; other < response_.num_controls(); ++other) {
-            if (std::find(group.begin(), group.end(), other) != group.end()) continue;
-            corrective(i, other).segment<2>(2 * k) += share * change.col(other).segment<2>(2 * k);
-          }
+      Excess excess;
+      if (!measure_excess(controls, excess)) continue;
+      share_out(group, motion, excess);
+    }
+  }
+
+  // To the muscles of a group by how much they move a node.
+  void share_out(const std::vector<int>& group,
+                 const Eigen::MatrixXd& motion,
+                 const Excess& excess) {
+    const Eigen::VectorXd q = quadratic(excess);
+    const Eigen::VectorXd r = cubic(excess);
+    const Eigen::MatrixXd change = 2.0 * (excess.slope - response_.linear_mm);
+    for (int k = 0; k < kNumNodes; ++k) {
+      double total = 0.0;
+      for (const int i : group) total += motion(k, i);
+      for (const int i : group) {
+        if (total <= 0.0) break;
+        const double share = motion(k, i) / total;
+        response_.quadratic_mm.col(i).segment<2>(2 * k) = share * q.segment<2>(2 * k);
+        response_.cubic_mm.col(i).segment<2>(2 * k) = share * r.segment<2>(2 * k);
+        for (int other = 0; other < response_.num_controls(); ++other) {
+          if (std::find(group.begin(), group.end(), other) != group.end()) continue;
+          corrective(i, other).segment<2>(2 * k) += share * change.col(other).segment<2>(2 * k);
         }
       }
     }
   }
 
-  // g(j) = l j + q j^2 + r j^3 through the settled half and full opening.
   void measure_jaw() {
     Controls controls = slack();
-    FaceState state = rest_;
-    controls.jaw_rad = 0.5 * face_.anatomy().jaw.full_rad;
-    if (!settle(controls, state)) return;
-    const Eigen::VectorXd half = beyond_linear(state, controls);
     controls.jaw_rad = face_.anatomy().jaw.full_rad;
-    if (!settle(controls, state)) return;
-    const Eigen::VectorXd full = beyond_linear(state, controls);
-    response_.quadratic_mm.rightCols<1>() = 8.0 * half - full;
-    response_.jaw_cubic_mm = 2.0 * full - 8.0 * half;
-    const Eigen::MatrixXd open = sensitivity(controls, state);
-    if (!open.allFinite()) return;
+    Excess excess;
+    if (!measure_excess(controls, excess)) return;
+    response_.quadratic_mm.rightCols<1>() = quadratic(excess);
+    response_.cubic_mm.rightCols<1>() = cubic(excess);
+    const Eigen::MatrixXd change = 2.0 * (excess.slope - response_.linear_mm);
     for (int i = 0; i < response_.num_muscles(); ++i) {
-      corrective(i, response_.num_muscles()) += open.col(i) - response_.linear_mm.col(i);
+      corrective(i, response_.num_muscles()) += change.col(i);
     }
   }
 

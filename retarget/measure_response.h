@@ -1,7 +1,7 @@
 // Asks the face model itself how its contours respond: the one place where the estimation meets the
-// physics. One exact sensitivity at rest; per group of muscles that hardly share skin one settle
-// (their saturation) and one sensitivity there (the correctives of their pairs with all others);
-// two settles of the jaw and one sensitivity under the open jaw.
+// physics. One exact sensitivity at rest; per group of muscles that hardly share skin, and for the
+// jaw, two settles (their saturation) and one sensitivity at half strength (the correctives of
+// their pairs with all others).
 #pragma once
 
 #include "face/simulator.h"
@@ -13,7 +13,7 @@ namespace zygoma {
 struct ResponseOptions {
   double viewing_distance_mm = 900.0;  // of the performer's camera, [200, 1e6]; too small a value
                                        // exaggerates what moves near the camera
-  double overlap = 0.25;  // [0, 1]; full contractions of muscles that share less than this of
+  double overlap = 0.15;  // [0, 1]; full contractions of muscles that share less than this of
                           // their motion are settled together. 0: one settle per muscle (slow);
                           // 1: all at once (their saturations mix)
 

@@ -29,60 +29,10 @@
 #include <array>
 #include <memory>
 #include <span>
-#include <vector>
 
-#include "retarget/head_view.h"
-#include "retarget/response.h"
+#include "retarget/frame_system.h"
 
 namespace zygoma {
-
-struct RefineOptions {
-  double outlier_sigmas = 3.0;       // [1, 1e6]; small: strong expressions fade as outliers; large:
-                                     // plain least squares
-  double ridge_sigma = 0.8;          // [0.05, 1e6]; small: everything shrinks towards rest
-  double rest_pull = 0.15;           // [0, 1]; the ridge is centred this far below 0, so that small
-                                     // contractions need evidence; large: weak expressions are lost
-  double antagonist_sigma = 0.15;    // [0.01, 1e6]; small: raisers and lowerers exclude each other
-                                     // even where the performer uses both
-  double tie_sigma = 0.4;            // [0.01, 1e6]; of the middle frontalis to the inner one
-  double head_scale_sigma = 0.05;    // also of the roll, in rad; [1e-4, 10]
-  double head_shift_sigma_mm = 5.0;  // [0.01, 1000]
-  double head_turn_sigma_rad = 0.03;  // yaw and pitch; [1e-4, 10]; large: turns explain expressions
-  double relative_error = 0.25;       // [0, 10]; share by which one person's skin moves unlike
-                                      // another's; small: large motions of skin the model does
-                                      // not have pull at everything else
-  double independent_nodes = 6.0;     // how many of a contour's nodes err independently; [1, 100]
-  double fastest_per_s = 6.0;         // change of a contraction, one sigma; [0.1, 1e9]
-  double acceleration_per_s2 = 60.0;  // in windows; [1, 1e9]
-  double turn_acceleration_per_s2 = 4.0;  // of yaw and pitch, rad; [0.01, 1e9]
-  int window_frames = 24;                 // solved together and kept; [1, 1000]
-  int lookahead_frames = 8;  // solved with them and solved again in the next; [0, 1000]
-  double tolerance = 1e-4;   // relative change of cost or controls that ends it, [1e-15, 0.1]
-  int max_iterations = 40;   // over all rounds of the active set; [1, 1000]
-
-  void check() const;
-};
-
-// What a better model of the face adds to the response around `at`:
-// offset + slope (u - at). An empty slope is zero.
-struct ModelCorrection {
-  Eigen::VectorXd at;
-  Eigen::VectorXd offset_mm;
-  Eigen::MatrixXd slope_mm;
-};
-
-struct FrameObservation {
-  double time_s = 0.0;
-  NodeStack mm = NodeStack::Zero();
-  std::array<double, kNumContours> sigma_mm{};  // 0: the contour is not used
-  const ModelCorrection* correction = nullptr;
-};
-
-// Gaussian belief about the controls from the instant before; an infinite sigma says nothing.
-struct ControlPrior {
-  Eigen::VectorXd mean;
-  double sigma = 0.0;
-};
 
 struct RefinedFrame {
   Eigen::VectorXd controls;

@@ -13,7 +13,9 @@ const std::vector<std::string>& observable_muscles() {
                              "occipitofrontalis_outer",
                              "corrugator_supercilii",
                              "depressor_anguli_oris",
-                             "depressor_labii_inferioris"}) {
+                             "depressor_labii_inferioris",
+                             "orbicularis_oculi_palpebral",
+                             "levator_palpebrae_superioris"}) {
       both.push_back(std::string(name) + "_L");
       both.push_back(std::string(name) + "_R");
     }
@@ -22,13 +24,18 @@ const std::vector<std::string>& observable_muscles() {
   return names;
 }
 
+bool moves_lid(std::string_view muscle) {
+  return muscle.starts_with("orbicularis_oculi_palpebral") ||
+         muscle.starts_with("levator_palpebrae_superioris");
+}
+
 FaceResponse FaceResponse::zero(const std::vector<std::string>& muscles) {
   FaceResponse response;
   response.muscles = muscles;
   const auto n = static_cast<Eigen::Index>(muscles.size());
   response.linear_mm = Eigen::MatrixXd::Zero(2 * kNumNodes, n + 1);
   response.quadratic_mm = Eigen::MatrixXd::Zero(2 * kNumNodes, n + 1);
-  response.jaw_cubic_mm = Eigen::VectorXd::Zero(2 * kNumNodes);
+  response.cubic_mm = Eigen::MatrixXd::Zero(2 * kNumNodes, n + 1);
   response.pair_mm = Eigen::MatrixXd::Zero(2 * kNumNodes, 0);
   return response;
 }
@@ -36,10 +43,9 @@ FaceResponse FaceResponse::zero(const std::vector<std::string>& muscles) {
 FaceResponse FaceResponse::linearised() const {
   constexpr double kHalf = 0.5;
   FaceResponse result = *this;
-  result.linear_mm += kHalf * quadratic_mm;
-  result.linear_mm.rightCols<1>() += kHalf * kHalf * jaw_cubic_mm;
+  result.linear_mm += kHalf * (quadratic_mm + kHalf * cubic_mm);
   result.quadratic_mm.setZero();
-  result.jaw_cubic_mm.setZero();
+  result.cubic_mm.setZero();
   result.pairs.clear();
   result.pair_mm.resize(2 * kNumNodes, 0);
   return result;
@@ -49,7 +55,7 @@ FaceResponse FaceResponse::scaled(const Eigen::VectorXd& gain) const {
   FaceResponse result = *this;
   result.linear_mm *= gain.asDiagonal();
   result.quadratic_mm *= gain.asDiagonal();
-  result.jaw_cubic_mm *= gain[num_muscles()];
+  result.cubic_mm *= gain.asDiagonal();
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     result.pair_mm.col(static_cast<Eigen::Index>(p)) *=
         gain[pairs[p].first] * gain[pairs[p].second];
@@ -60,19 +66,20 @@ FaceResponse FaceResponse::scaled(const Eigen::VectorXd& gain) const {
 void FaceResponse::displace(const Eigen::VectorXd& controls,
                             Eigen::VectorXd& displacement_mm,
                             Eigen::MatrixXd* slope_mm) const {
-  const int n = num_muscles();
-  const double jaw = controls[n];
-  displacement_mm.noalias() = linear_mm * controls;
-  displacement_mm.noalias() += quadratic_mm * controls.cwiseAbs2();
-  displacement_mm += jaw * jaw * jaw * jaw_cubic_mm;
-  if (slope_mm != nullptr) {
-    *slope_mm = linear_mm;
-    *slope_mm += 2.0 * quadratic_mm * controls.asDiagonal();
-    slope_mm->col(n) += 3.0 * jaw * jaw * jaw_cubic_mm;
+  displacement_mm.setZero(linear_mm.rows());
+  if (slope_mm != nullptr) *slope_mm = linear_mm;
+  for (Eigen::Index i = 0; i < controls.size(); ++i) {
+    const double u = controls[i];
+    if (u == 0.0) continue;  // most, most of the time
+    const auto l = linear_mm.col(i);
+    const auto q = quadratic_mm.col(i);
+    const auto r = cubic_mm.col(i);
+    displacement_mm += u * (l + u * (q + u * r));
+    if (slope_mm != nullptr) slope_mm->col(i) += u * (2.0 * q + 3.0 * u * r);
   }
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const auto [a, b] = pairs[p];
-    if (controls[a] == 0.0 && controls[b] == 0.0) continue;  // most, most of the time
+    if (controls[a] == 0.0 && controls[b] == 0.0) continue;
     const auto x = pair_mm.col(static_cast<Eigen::Index>(p));
     displacement_mm += controls[a] * controls[b] * x;
     if (slope_mm == nullptr) continue;
@@ -82,13 +89,12 @@ void FaceResponse::displace(const Eigen::VectorXd& controls,
 }
 
 Point2 FaceResponse::displacement(int node, const double* controls) const {
-  const int n = num_muscles();
-  const double jaw = controls[n];
-  Point2 sum = jaw * jaw * jaw * jaw_cubic_mm.segment<2>(2 * node);
-  for (int i = 0; i <= n; ++i) {
+  Point2 sum = Point2::Zero();
+  for (int i = 0; i < num_controls(); ++i) {
     const double u = controls[i];
-    sum +=
-        u * (linear_mm.col(i).segment<2>(2 * node) + u * quadratic_mm.col(i).segment<2>(2 * node));
+    sum += u *
+           (linear_mm.col(i).segment<2>(2 * node) + u * (quadratic_mm.col(i).segment<2>(2 * node) +
+                                                         u * cubic_mm.col(i).segment<2>(2 * node)));
   }
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const auto [a, b] = pairs[p];

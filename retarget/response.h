@@ -5,16 +5,18 @@
 // depth of the pupils) and resampled to the schema's nodes, move with the controls u = (c_1 .. c_M,
 // jaw), all in [0, 1], by
 //
-//   d(u) = sum_i (l_i u_i + q_i u_i^2) + r j^3 + sum_(a,b) x_ab u_a u_b,       j = jaw.
+//   d(u) = sum_i (l_i u_i + q_i u_i^2 + r_i u_i^3) + sum_(a,b) x_ab u_a u_b.
 //
-// l is the exact sensitivity of the equilibrium at rest, q the saturation read from settled strong
-// contractions, r the curved path of the jaw, x_ab the pairwise correctives: how the sensitivity to
-// one control changes under another. linearised() keeps the chord to half strength alone.
+// l is the exact sensitivity of the equilibrium at rest, q and r the saturation read from settled
+// half and full contractions (and the curved path of the jaw), x_ab the pairwise correctives: how
+// the sensitivity to one control changes under another. linearised() keeps the chord to half
+// strength alone.
 #pragma once
 
 #include <Eigen/Core>
 #include <array>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -23,9 +25,11 @@
 namespace zygoma {
 
 // The muscles that contours can tell apart, in their order; all others stay slack when a
-// performance is read. Lids, the rings of mouth and eyes, and muscles that lie side by side with
-// one of these would only share its evidence.
+// performance is read. The rings of the mouth, the orbital ring of the eyes, and muscles that lie
+// side by side with one of these would only share its evidence. Of the lids, the palpebral part of
+// orbicularis oculi closes and the levator opens wider.
 const std::vector<std::string>& observable_muscles();
+bool moves_lid(std::string_view muscle);
 
 struct FaceResponse {
   std::vector<std::string> muscles;
@@ -37,7 +41,7 @@ struct FaceResponse {
   // Rows 2 node + axis, one column per muscle and a last one for the jaw.
   Eigen::MatrixXd linear_mm;
   Eigen::MatrixXd quadratic_mm;
-  Eigen::VectorXd jaw_cubic_mm;
+  Eigen::MatrixXd cubic_mm;
   std::vector<std::pair<int, int>> pairs;  // of controls, the first below the second
   Eigen::MatrixXd pair_mm;                 // one column per pair
 

@@ -40,6 +40,7 @@ double unexplained(const std::vector<ObservedFrame>& frames,
   options.refinement.max_iterations = std::min(8, options.refinement.max_iterations);
   options.level = std::min(options.level, FaceLevel::kCorrected);
   options.refine = true;
+  options.causal = true;
   FrameEstimator estimator(calibration, options, nullptr);
   const std::size_t count = std::min(kSample, frames.size());
   double sum = 0.0;
@@ -58,6 +59,7 @@ Neutral choose_neutral(const std::vector<ObservedFrame>& frames,
   constexpr double kClearlyNotAtRest = 0.05;  // face sizes
   constexpr int kFewestStill = 3;
   constexpr double kMoving = 2.0;
+  constexpr double kDoubted = 0.5;  // per reason
   if (options.neutral_frame >= 0) return neutral_at(frames, options.neutral_frame);
   const std::vector<Neutral> candidates = neutral_candidates(frames, kCandidates);
   std::vector<double> doubt;
@@ -65,7 +67,8 @@ Neutral choose_neutral(const std::vector<ObservedFrame>& frames,
     const Calibration calibration = calibrate(neutral, gain, face, FaceLevel::kCorrected);
     doubt.push_back(unexplained(frames, calibration, options) *
                     (1.0 + std::max(0.0, neutral.score) / kClearlyNotAtRest) *
-                    (neutral.num_frames < kFewestStill ? kMoving : 1.0));
+                    (neutral.num_frames < kFewestStill ? kMoving : 1.0) *
+                    (1.0 + kDoubted * static_cast<double>(doubts_about(neutral, face).size())));
   }
   const auto best = std::min_element(doubt.begin(), doubt.end());
   return candidates[static_cast<std::size_t>(best - doubt.begin())];
@@ -129,10 +132,11 @@ void improve_in_windows(std::vector<FrameEstimate>& estimates,
 // The closed form is judged by the model like any other estimate, but claims no sigma.
 void judge_all(std::vector<FrameEstimate>& estimates,
                FrameEstimator& estimator,
+               const FaceResponse& response,
                const RetargetOptions& options) {
   for (FrameEstimate& estimate : estimates) estimator.judge(estimate);
   if (options.refine) {
-    carry_sigma(estimates, options.refinement.fastest_per_s, options.causal);
+    carry_sigma(estimates, options.refinement.fastest_per_s * agility_of(response), options.causal);
     return;
   }
   for (FrameEstimate& estimate : estimates) estimate.posterior.sigma.resize(0);
@@ -248,7 +252,7 @@ ContractionTrack retarget(const std::vector<ContourSet>& contours,
   if (options.refine && !options.causal) {
     improve_in_windows(estimates, estimator, options.refinement, stop);
   }
-  judge_all(estimates, estimator, options);
+  judge_all(estimates, estimator, calibration.response, options);
 
   const ContractionTrack track = export_track(contours, usable, estimates, calibration);
   for (std::size_t t = 0; t < estimates.size(); ++t) {

@@ -26,7 +26,8 @@ struct RetargetOptions {
   bool refine = true;      // false: the paper's closed-form estimates alone
   bool causal = false;     // true: no frame knows those after it, as in a live performance
   FaceLevel level = FaceLevel::kCorrected;
-  double focal_length_px = 0.0;  // of the performer's camera; 0: unknown, weak perspective
+  double focal_length_px = 0.0;  // of the performer's camera; 0: unknown, as far away as
+                                 // the one the response was measured with
   ObservationOptions observation;
   RefineOptions refinement;
   LatticeLoopOptions lattice_loop;

@@ -35,8 +35,8 @@ inline constexpr std::array<Feature, 11> kFeatureSchema{{
     {"eyelid_right", 9},
 }};
 
-// The nine of the paper: those from which contractions are estimated. Of the eyelids, which no
-// muscle that is estimated moves, only the corners are used, to hold the head.
+// The nine of the paper, from which it estimates contractions. Of the eyelids the corners hold the
+// head and what is between them shows the muscles of the lid.
 inline constexpr std::span<const Feature> kContours1992(kFeatureSchema.data(), 9);
 
 }  // namespace zygoma

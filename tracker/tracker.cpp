@@ -41,6 +41,7 @@ constexpr double kNearness_px = 1.5;
 constexpr double kUsualness_px = 8.0;
 constexpr double kTrustedOutline = 0.5;  // of the evidence at the start, under the mouth model
 constexpr double kPriorQuality = 0.5;    // as flow that was seen fairly well
+constexpr double kUnseenQuality = 0.5;   // of nodes that no flow was asked for
 constexpr double kSameScene = 0.5;       // correlation of the middle of the face, frame to frame
 
 Part part_of(size_t feature) {
@@ -184,6 +185,19 @@ std::vector<Point2> shifted(std::vector<Point2> nodes, const Point2& offset) {
   return nodes;
 }
 
+// The values of a chain at `count` places evenly spread over its nodes.
+template <typename Value>
+std::vector<Value> spread_over(const std::vector<Value>& values, size_t count) {
+  std::vector<Value> result;
+  for (size_t k = 0; k < count; ++k) {
+    const double at = static_cast<double>(k * (values.size() - 1)) / static_cast<double>(count - 1);
+    const size_t i = std::min(static_cast<size_t>(at), values.size() - 2);
+    const double share = at - static_cast<double>(i);
+    result.push_back((1.0 - share) * values[i] + share * values[i + 1]);
+  }
+  return result;
+}
+
 // The eyes as found in the picture, or, where not both are seen there, in its mirror image as well:
 // the cascades were not made of mirrored faces and may see more that way.
 std::optional<FaceEyes> find_evenly(FaceFinder& finder, const cv::Mat& picture) {
@@ -236,7 +250,18 @@ std::optional<ContourSet> take(std::optional<Marks>& marks, const Mirror& mirror
 
 }  // namespace
 
+void TrackerEffort::check() const {
+  require(gaussian_levels >= 1 && gaussian_levels <= 4,
+          "tracker: gaussian_levels must be in [1, 4]");
+  require(nodes >= 0.4 && nodes <= 8.0, "tracker: nodes must be in [0.4, 8]");
+  require(tolerance_px >= 1e-9 && tolerance_px <= 1.0,
+          "tracker: tolerance_px must be in [1e-9, 1]");
+  require(max_iterations >= 1 && max_iterations <= 100000,
+          "tracker: max_iterations must be in [1, 100000]");
+}
+
 void TrackerOptions::check() const {
+  effort.check();
   require(max_coast_frames >= 0 && max_coast_frames <= 1000,
           "tracker: max_coast_frames must be in [0, 1000]");
   require(flow_hold >= 0.0 && flow_hold <= 100.0, "tracker: flow_hold must be in [0, 100]");
@@ -301,8 +326,9 @@ struct Tracker::Impl {
   ContourNodes nodes_in_chart(const ContourSet& set, const Similarity& image_from_chart) const;
   void look_at(const FaceChart& chart);
   Prediction predict(const FaceChart& chart) const;
+  void draw_lips(const Evidence& evidence, ContourNodes& target);
   void draw_to_models(const FaceChart& chart, const Evidence& evidence, Prediction& prediction);
-  void relax(const Evidence& evidence, const Prediction& prediction);
+  void relax(const Evidence& evidence, const Prediction& prediction, const ContourNodes& start);
   void keep_shapes(const Prediction& prediction);
   void judge(const Evidence& evidence, const Prediction& prediction);
   void judge_start(const Evidence& evidence, const ContourNodes& given_nodes);
@@ -505,14 +531,23 @@ void Tracker::Impl::look_at(const FaceChart& chart) {
 // Where the nodes of the last frame are in this one: by flow from there, and by flow from the
 // remembered look that resembles this one most.
 Prediction Tracker::Impl::predict(const FaceChart& chart) const {
+  Prediction prediction;
+  prediction.likeness.fill(1.0);
+  if (options.effort.predict_by == PredictBy::kNothing) {
+    prediction.target = contours;
+    for (size_t f = 0; f < kNumFeatures; ++f) {
+      prediction.quality[f].assign(contours[f].size(), kUnseenQuality);
+    }
+    return prediction;
+  }
   std::vector<Point2> from;
   for (size_t f = 0; f < kNumFeatures; ++f) {
     if (f != kChinBoss) from.insert(from.end(), contours[f].begin(), contours[f].end());
   }
   const Flow recent = follow_points(last.pyramid, chart.pyramid, from, from);
-  Prediction prediction;
   std::array<Flow, kNumParts> anchored;
   for (size_t part = 0; part < kNumParts; ++part) {
+    if (options.effort.predict_by != PredictBy::kLooks) break;
     const Keyframe* look = most_alike(keyframes[part], thumbnails[part], prediction.likeness[part]);
     if (look == nullptr) continue;
     std::vector<Point2> then, guess;
@@ -557,14 +592,20 @@ Prediction Tracker::Impl::predict(const FaceChart& chart) const {
   return prediction;
 }
 
+void Tracker::Impl::draw_lips(const Evidence& evidence, ContourNodes& target) {
+  const Mouth found_mouth = follow_mouth(evidence, mouth, rest);
+  const double trust = trust_in(found_mouth, evidence);
+  if (trust > 0.5) mouth = found_mouth;
+  for (const FeatureIndex f : {kUpperLip, kLowerLip}) {
+    draw(lip_nodes(found_mouth, f == kUpperLip), trust * options.model_share, target[f]);
+  }
+}
+
 // What is known of mouths, furrows, chins and lids, and what others say, draws the prediction.
 void Tracker::Impl::draw_to_models(const FaceChart& chart,
                                    const Evidence& evidence,
                                    Prediction& prediction) {
   ContourNodes& target = prediction.target;
-  const Mouth found_mouth = follow_mouth(evidence, mouth, rest);
-  const double trust = trust_in(found_mouth, evidence);
-  if (trust > 0.5) mouth = found_mouth;
   // A furrow hardly shows at rest; its lower end stays by the corner of the mouth.
   for (const FeatureIndex f : {kFurrowLeft, kFurrowRight}) {
     const std::vector<Point2> usual =
@@ -575,13 +616,13 @@ void Tracker::Impl::draw_to_models(const FaceChart& chart,
       target[f][i] += share * (usual[i] - target[f][i]);
     }
   }
-  double chin_sight = 0.0;
-  target[kChinBoss] = follow_chin(chart, chin_sight);
-  std::vector<double>& chin_quality = prediction.quality[kChinBoss];
-  std::fill(chin_quality.begin(), chin_quality.end(), chin_sight);
-  for (const FeatureIndex f : {kUpperLip, kLowerLip}) {
-    draw(lip_nodes(found_mouth, f == kUpperLip), trust * options.model_share, target[f]);
+  if (options.effort.predict_by != PredictBy::kNothing) {
+    double chin_sight = 0.0;
+    target[kChinBoss] = follow_chin(chart, chin_sight);
+    std::vector<double>& chin_quality = prediction.quality[kChinBoss];
+    std::fill(chin_quality.begin(), chin_quality.end(), chin_sight);
   }
+  if (options.effort.models) draw_lips(evidence, target);
   if (prior) {
     const ContourNodes wanted = nodes_in_chart(*prior, chart.image_from_chart);
     for (size_t f = 0; f < kNumFeatures; ++f) {
@@ -591,6 +632,7 @@ void Tracker::Impl::draw_to_models(const FaceChart& chart,
     }
   }
   join_lip_ends(target);
+  if (!options.effort.models) return;
   const MouthCorners corners =
       seam.refine(chart.grey, {target[kUpperLip].front(), target[kUpperLip].back()});
   for (const FeatureIndex f : {kUpperLip, kLowerLip}) {
@@ -604,23 +646,38 @@ void Tracker::Impl::draw_to_models(const FaceChart& chart,
   }
 }
 
-// Snakes on the evidence, softly held where the prediction has their nodes.
-void Tracker::Impl::relax(const Evidence& evidence, const Prediction& prediction) {
+// Snakes on the evidence, softly held where the prediction has their nodes, from `start`.
+void Tracker::Impl::relax(const Evidence& evidence,
+                          const Prediction& prediction,
+                          const ContourNodes& start) {
+  const TrackerEffort& effort = options.effort;
   for (size_t f = 0; f < kNumFeatures; ++f) {
-    const std::vector<Point2>& target = prediction.target[f];
-    std::vector<SoftAnchor> anchors(target.size());
+    const size_t num_out = prediction.target[f].size();
+    const auto num_nodes =
+        static_cast<size_t>(std::lround(effort.nodes * static_cast<double>(num_out - 1))) + 1;
+    const std::vector<Point2> target = spread_over(prediction.target[f], num_nodes);
+    const std::vector<double> quality = spread_over(prediction.quality[f], num_nodes);
+    std::vector<SoftAnchor> anchors(num_nodes);
     for (size_t i = 0; i < anchors.size(); ++i) {
       const bool corner = (f == kUpperLip || f == kLowerLip) && (i == 0 || i + 1 == anchors.size());
       const double hold = corner ? kCornerHold : f == kChinBoss ? kChinHold : 1.0;
-      anchors[i] = {target[i], options.flow_hold * (0.1 + prediction.quality[f][i]) * hold};
+      const double sight = effort.predict_by == PredictBy::kNothing ? 0.0 : quality[i];
+      anchors[i] = {target[i], options.flow_hold * (0.1 + sight) * hold};
     }
     const ContourLandscape landscape(evidence, static_cast<FeatureIndex>(f), target);
     SnakeOptions snake_settings = snake_options(static_cast<FeatureIndex>(f));
+    // Shorter springs: more tension and bending for the same chain.
+    const double density = static_cast<double>(num_nodes - 1) / static_cast<double>(num_out - 1);
+    snake_settings.tension *= std::pow(density, 2);
+    snake_settings.rigidity *= std::pow(density, 4);
     snake_settings.stepping = options.stepping;
+    snake_settings.tolerance_px = effort.tolerance_px;
+    snake_settings.max_iterations = effort.max_iterations;
     Snake snake(target, snake_settings);
     snake.set_anchors(anchors);
+    snake.set_nodes(spread_over(start[f], num_nodes));
     report.relax_iterations += snake.relax(&landscape).iterations;
-    contours[f] = resample(snake.nodes(), static_cast<int>(target.size()));
+    contours[f] = resample(snake.nodes(), static_cast<int>(num_out));
   }
 }
 
@@ -636,6 +693,7 @@ void Tracker::Impl::keep_shapes(const Prediction& prediction) {
     contours[f] = as_brow_motion(contours[f], unmoved, median(slides));
   }
   for (const FeatureIndex f : {kEyelidLeft, kEyelidRight}) {
+    if (!options.effort.models) break;
     contours[f] = as_brow_motion(contours[f], lid_nodes(lids[f == kEyelidLeft ? 0 : 1], turn), 0.0);
   }
   contours[kChinBoss] =
@@ -651,7 +709,16 @@ void Tracker::Impl::follow_contours(const FaceChart& chart) {
   places.mouth_line_px = 0.5 * (target[kUpperLip].front().y() + target[kUpperLip].back().y());
   const Evidence evidence = make_evidence(chart, lips, places);
   draw_to_models(chart, evidence, prediction);
-  relax(evidence, prediction);
+  ContourNodes nodes = prediction.target;
+  for (int level = options.effort.gaussian_levels - 1; level > 0; --level) {
+    EvidenceOptions wide = places;
+    for (double* sigma : {&wide.fine_sigma_px, &wide.coarse_sigma_px, &wide.lips_sigma_px}) {
+      *sigma = std::ldexp(*sigma, level);
+    }
+    relax(make_evidence(chart, lips, wide), prediction, nodes);
+    nodes = contours;
+  }
+  relax(evidence, prediction, nodes);
   keep_shapes(prediction);
   judge(evidence, prediction);
 }

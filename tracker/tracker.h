@@ -16,6 +16,31 @@
 
 namespace zygoma {
 
+// Where nodes are expected before the picture has its say.
+enum class PredictBy {
+  kNothing,    // where they were, as in 1992; the motion of the head is taken off all the same
+  kLastFrame,  // where optical flow from the last frame puts them: drifts
+  kLooks,      // also by flow from the remembered look that resembles this one most
+};
+
+// What is done for accuracy and paid for in time (docs/accuracy-and-time.md).
+struct TrackerEffort {
+  PredictBy predict_by = PredictBy::kLooks;
+  // Of mouth and lids: they draw the prediction. Without them snakes and flow are on their
+  // own.
+  bool models = true;
+  // The snakes relax on so many landscapes, each smoothed twice as widely as the next, the finest
+  // last; [1, 4]. Large: edges attract from further away, also the wrong ones.
+  int gaussian_levels = 1;
+  // Of a snake, multiples of what is put out, [0.4, 8]. The chain is the same at any number.
+  double nodes = 1.0;
+  double tolerance_px = 0.005;  // of a snake, [1e-9, 1] chart px
+  int max_iterations = 60;      // of a snake in one frame, [1, 100000]
+
+  // Throws InputError naming the first value outside its range.
+  void check() const;
+};
+
 struct TrackerOptions {
   std::string cascade_folder;  // OpenCV's haarcascades; empty: the places where packages put them
   std::string landmark_model;  // of the user (landmark_finder.h); empty: the cascades find the face
@@ -39,6 +64,7 @@ struct TrackerOptions {
   double new_look_correlation = 0.85;
   // How the snakes step; both come to rest in the same places (snake.h).
   SnakeStepping stepping = SnakeStepping::kImplicit;
+  TrackerEffort effort;
 
   // Throws InputError naming the first value outside its range.
   void check() const;

@@ -7,7 +7,7 @@
 #include "src/base/check.h"
 #include "src/io/scene_file.h"
 #include "src/pipeline/pick_quality.h"
-#include "src/pipeline/tradeoff.h"
+#include "src/pipeline/tradeoff_tissue.h"
 
 namespace zygoma {
 namespace {
@@ -34,7 +34,7 @@ std::string remark_on(const QualityPick& pick, double budget_ms) {
 
 }  // namespace
 
-void FaceOptions::declare(OptionSink& options) {
+void FaceOptions::declare(OptionSink& options, BudgetOf what) {
   options.choice("--quality",
                  quality_,
                  {"draft", "standard", "fine", "reference"},
@@ -43,8 +43,12 @@ void FaceOptions::declare(OptionSink& options) {
       "--budget",
       budget_ms_,
       {0.0, 10000.0},
-      "processor time for a frame to settle in, ms: picks the most accurate quality that "
-      "fits on this machine");
+      what == BudgetOf::kSettling
+          ? "processor time for a frame to settle in, ms: picks the most accurate quality that "
+            "fits on this machine"
+          : "time for the whole run, ms for every frame of the clip, from start to end on the "
+            "wall: "
+            "picks the most accurate quality that fits on this machine");
   options.number("--tolerance",
                  tolerance_mm_,
                  {0.0, 10.0},
@@ -72,6 +76,11 @@ void FaceOptions::check() const {
           "--residual: set by --budget or --tolerance, expected one or the other");
 }
 
+void FaceOptions::refine(FaceQuality& quality) const {
+  if (surface_vertices_ > 0) quality.surface_vertices = surface_vertices_;
+  if (residual_ > 0.0) quality.relative_residual = residual_;
+}
+
 ChosenScene FaceOptions::scene(const std::string& path, const ContractionTrack* track) const {
   check();
   if (!path.empty()) {
@@ -90,9 +99,8 @@ ChosenScene FaceOptions::scene(const std::string& path, const ContractionTrack* 
     pick = pick_for_budget(
         budget_ms_, track == nullptr ? usual_track : *track, scene.identity, scene.tissue);
   }
+  refine(pick.quality);
   pick.quality.apply(scene.head, scene.tissue, scene.settle);
-  if (surface_vertices_ > 0) scene.head.num_surface_vertices = surface_vertices_;
-  if (residual_ > 0.0) scene.settle.relative_residual = residual_;
   scene.head.check();
   const bool usual = pick.quality.name == kUsualQuality && budget_ms_ == 0.0;
   return {scene, usual ? "" : remark_on(pick, budget_ms_)};
@@ -132,8 +140,9 @@ void AnimationOptions::declare(OptionSink& options) {
   options.flag("--no-bars", no_bars_, "leave out the panel with one bar per muscle");
   options.integer("--samples",
                   samples_per_pixel_,
-                  {1, 16},
-                  "rays for a pixel that an edge runs through; 1: edges stay jagged");
+                  {0, 16},
+                  "rays for a pixel that an edge runs through; 1: edges stay jagged; 0: 2, or 1 "
+                  "for --quality draft of run");
   options.choice("--encoding",
                  encoding_.preset,
                  {"ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow"},
@@ -141,13 +150,13 @@ void AnimationOptions::declare(OptionSink& options) {
   options.integer("--threads", num_threads_, {1, 64}, "that render and encode");
 }
 
-AnimateOptions AnimationOptions::animate_options() const {
+AnimateOptions AnimationOptions::animate_options(int usual_samples) const {
   AnimateOptions options;
   options.panel_height_px = panel_height_px_;
   options.bars = !no_bars_;
   if (!view_.empty()) options.view = parse_view(view_);
   options.overlay = parse_overlay(overlay_);
-  options.render.samples_per_pixel = samples_per_pixel_;
+  options.render.samples_per_pixel = samples_per_pixel_ > 0 ? samples_per_pixel_ : usual_samples;
   options.render.num_threads = num_threads_;
   options.encoding = encoding_;
   options.encoding.num_threads = num_threads_;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "face/quality.h"
 #include "face/scene.h"
 #include "src/cli/command.h"
 #include "src/pipeline/animate_face.h"
@@ -25,7 +26,17 @@ struct ChosenScene {
 
 class FaceOptions {
  public:
-  void declare(OptionSink& options);
+  // What --budget is a budget of: settling alone, or a whole run, for which the command picks.
+  enum class BudgetOf { kSettling, kWholeRun };
+  void declare(OptionSink& options, BudgetOf what = BudgetOf::kSettling);
+
+  // As given; 0: not.
+  const std::string& quality() const { return quality_; }
+  double budget_ms() const { return budget_ms_; }
+  double tolerance_mm() const { return tolerance_mm_; }
+  // Nodes and residual, where they are given.
+  void refine(FaceQuality& quality) const;
+
   // `track` is what the face will do: a budget is tried on it, else on a motion of its own.
   AssembledFace assemble(const ContractionTrack* track = nullptr) const;
   // From a scene file, if a path is given, which then has the last word. Throws InputError naming
@@ -49,14 +60,15 @@ class FaceOptions {
 class AnimationOptions {
  public:
   void declare(OptionSink& options);
-  AnimateOptions animate_options() const;
+  // `usual_samples`: rays for a pixel at an edge where no option says.
+  AnimateOptions animate_options(int usual_samples = RenderOptions{}.samples_per_pixel) const;
 
  private:
   int panel_height_px_ = 0;
   bool no_bars_ = false;
   std::string view_;
   std::string overlay_ = "none";
-  int samples_per_pixel_ = RenderOptions{}.samples_per_pixel;
+  int samples_per_pixel_ = 0;
   VideoWriterOptions encoding_;
   int num_threads_ = 2;
 };

@@ -42,9 +42,10 @@ void RetargetingOptions::declare(OptionSink& options) {
                  "the face model: quick, coarse");
   options.choice("--level",
                  level_,
-                 {"linear", "corrected", "lattice"},
+                 {"auto", "linear", "corrected", "lattice"},
                  "what the refinement takes for the face: its linear response; with saturation and "
-                 "pairwise correctives; or the equilibrium of the lattice itself in every frame");
+                 "pairwise correctives; or the equilibrium of the lattice itself in every frame; "
+                 "auto: corrected, or as --quality of run says");
   options.flag("--live",
                live_,
                "estimate as a live performance has to: no frame knows those after it; the filter "
@@ -57,7 +58,7 @@ void RetargetingOptions::declare(OptionSink& options) {
   options.number("--focal-length",
                  focal_length_px_,
                  {0.0, 1e6},
-                 "of the performer's camera, pixels, for full perspective; 0: unknown");
+                 "of the performer's camera, pixels; 0: unknown, taken to be 0.9 m away");
   options.text("--profile", profile_path_, "FILE", "what is known of the performer from before");
   options.text(
       "--save-profile",
@@ -72,16 +73,28 @@ void RetargetingOptions::prepare() {
   if (!profile_path_.empty()) profile_ = read_profile(profile_path_);
 }
 
+void RetargetingOptions::leave_quality_to(const std::string& who) const {
+  require(level_ == "auto", "--level: set by " + who + ", expected one or the other");
+}
+
+void RetargetingOptions::set_usual(const RunQuality& quality) { usual_ = quality; }
+
+RetargetOptions RetargetingOptions::estimation() const {
+  RetargetOptions options;
+  options.neutral_frame = neutral_frame_;
+  options.causal = live_;
+  options.focal_length_px = focal_length_px_;
+  usual_.apply(options);
+  if (level_ != "auto") options.level = parse_level(level_);
+  options.refine = method_ == "refined";
+  return options;
+}
+
 Retargeted RetargetingOptions::retarget(const std::vector<ContourSet>& contours,
                                         const FaceResponse& response,
                                         Simulator& lattice,
                                         RunContext& context) const {
-  RetargetOptions options;
-  options.neutral_frame = neutral_frame_;
-  options.refine = method_ == "refined";
-  options.level = parse_level(level_);
-  options.causal = live_;
-  options.focal_length_px = focal_length_px_;
+  const RetargetOptions options = estimation();
   Retargeted result;
   context.progress.begin("retarget", static_cast<int>(contours.size()));
   const Stopwatch watch;
@@ -93,7 +106,7 @@ Retargeted RetargetingOptions::retarget(const std::vector<ContourSet>& contours,
     context.progress.update(num_asked++ / num_passes);
     return context.stop();
   };
-  const FaceModel face{response, &lattice, profile_ ? &*profile_ : nullptr};
+  const FaceModel face{response, &lattice, profile()};
   result.track = zygoma::retarget(contours, face, options, result.report, stop);
   context.progress.update(static_cast<int>(result.track.frames.size()));
   context.progress.end();

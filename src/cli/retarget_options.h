@@ -10,6 +10,7 @@
 #include "retarget/smooth.h"
 #include "src/cli/command.h"
 #include "src/io/output_folder.h"
+#include "src/pipeline/run_quality.h"
 #include "src/pipeline/stage_figures.h"
 
 namespace zygoma {
@@ -20,6 +21,9 @@ struct Retargeted {
   RetargetReport report;
   StageFigures figures;
   std::vector<std::string> remarks;  // about neutral and profile
+
+  // What an animation shows: the filtered curves where they were asked for.
+  const ContractionTrack& shown() const { return smooth ? *smooth : track; }
 };
 
 class RetargetingOptions {
@@ -28,6 +32,14 @@ class RetargetingOptions {
   // Reads the profile, if one is given. Throws InputError about it or about options that
   // contradict each other; before long work begins.
   void prepare();
+  // Throws InputError where an option is given that `who` decides.
+  void leave_quality_to(const std::string& who) const;
+  // The level where it is not given.
+  void set_usual(const RunQuality& quality);
+  // As the options say.
+  RetargetOptions estimation() const;
+  const PerformerProfile* profile() const { return profile_ ? &*profile_ : nullptr; }
+
   // `lattice` is the face that the response is of.
   Retargeted retarget(const std::vector<ContourSet>& contours,
                       const FaceResponse& response,
@@ -42,7 +54,8 @@ class RetargetingOptions {
 
   int neutral_frame_ = -1;
   std::string method_ = "refined";
-  std::string level_ = "corrected";
+  std::string level_ = "auto";
+  RunQuality usual_ = run_quality("standard");
   std::string smoothing_ = "none";
   bool live_ = false;
   double focal_length_px_ = 0.0;

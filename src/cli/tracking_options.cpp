@@ -32,10 +32,10 @@ void TrackingOptions::declare(OptionSink& options) {
   options.choice(
       "--second-look",
       second_look_,
-      {"start", "all", "none"},
+      {"auto", "start", "all", "none"},
       "what is followed once more, backwards, and blended: the first second, in which the "
       "tracker still learns; the whole clip, which takes twice the time; or nothing, as "
-      "live");
+      "live; auto: start, or as --quality says");
   options.text(
       "--corrections",
       corrections_path_,
@@ -65,12 +65,16 @@ VideoSource TrackingOptions::source(const std::string& video_path) const {
   return source;
 }
 
+void TrackingOptions::leave_quality_to(const std::string& who) const {
+  require(second_look_ == "auto", "--second-look: set by " + who + ", expected one or the other");
+}
+
 TrackedVideo TrackingOptions::track(const VideoSource& source,
                                     RunContext& context,
                                     TrackLimits limits) const {
-  if (second_look_ != "start") {
-    limits.second_looks = second_look_ == "all" ? SecondLooks::kAll : SecondLooks::kNone;
-  }
+  if (second_look_ == "start") limits.second_looks = SecondLooks::kStart;
+  if (second_look_ == "all") limits.second_looks = SecondLooks::kAll;
+  if (second_look_ == "none") limits.second_looks = SecondLooks::kNone;
   TrackGuidance guidance;
   if (!init_path_.empty()) guidance.initial = read_initial_contours(init_path_);
   LandmarkTrack landmarks;

@@ -16,7 +16,11 @@ class TrackingOptions {
   // The video or the numbered pictures of that name.
   VideoSource source(const std::string& video_path) const;
 
-  // Tracks the video; throws InputError when no frame of it shows a face.
+  // Throws InputError where an option is given that `who` decides.
+  void leave_quality_to(const std::string& who) const;
+
+  // Second looks are those of `limits`, unless an option says which. Tracks the video; throws
+  // InputError when no frame of it shows a face.
   TrackedVideo track(const VideoSource& source, RunContext& context, TrackLimits limits = {}) const;
 
  private:
@@ -25,7 +29,7 @@ class TrackingOptions {
   std::string init_path_;
   std::string landmarks_path_;
   std::string landmarks_as_ = "start";
-  std::string second_look_ = "start";
+  std::string second_look_ = "auto";
   std::string corrections_path_;
   std::string stepping_ = "implicit";
 };

@@ -161,8 +161,11 @@ class PanelDrawing {
     origin_x_ = x + left_;
     origin_y_ = y + kTop;
     svg_.clear();
+    names_.clear();
+    name_texts_.clear();
     draw_axes();
     for (const PlotSeries& series : panel_.series) draw_series(series);
+    svg_ += name_texts_;
     draw_labels();
     return svg_;
   }
@@ -209,13 +212,40 @@ class PanelDrawing {
     return x_.shows(series.x[k]) && y_.shows(series.y[k]);
   }
 
+  void draw_point(const PlotSeries& series, std::size_t k) {
+    const bool named = k < series.names.size() && !series.names[k].empty();
+    svg_ += "<circle cx=\"" + px(at_x(series.x[k])) + "\" cy=\"" + px(at_y(series.y[k])) +
+            "\" r=\"" + (named ? "4.4" : "2.6") + "\" fill=\"" + colour(series) + "\"/>\n";
+    if (named) name_point(at_x(series.x[k]), at_y(series.y[k]), series.names[k]);
+  }
+
+  // Below the point, further down where another name is already.
+  void name_point(double x, double y, const std::string& name) {
+    const double half = 0.5 * text_width(name);
+    NamePlace place{std::clamp(x, origin_x_ + half, origin_x_ + kPlotWidth - half),
+                    std::min(y + 19.0, origin_y_ + kPlotHeight - 4.0),
+                    half};
+    const auto hits = [&](const NamePlace& other) {
+      return std::abs(place.x - other.x) < place.half + other.half + 4.0 &&
+             std::abs(place.y - other.y) < kLabelSpacing;
+    };
+    while (std::any_of(names_.begin(), names_.end(), hits)) place.y += kLabelSpacing;
+    names_.push_back(place);
+    // On a white rim, as it may lie on lines and other points.
+    name_texts_ +=
+        text_at(place.x,
+                place.y,
+                name,
+                R"(font-weight="bold" text-anchor="middle" paint-order="stroke" stroke="#fff" )"
+                R"(stroke-width="3")");
+  }
+
   void draw_series(const PlotSeries& series) {
     assert(series.x.size() == series.y.size());
     if (series.mark == PlotMark::kPoints) {
       for (std::size_t k = 0; k < series.x.size(); ++k) {
         if (!shows(series, k)) continue;
-        svg_ += "<circle cx=\"" + px(at_x(series.x[k])) + "\" cy=\"" + px(at_y(series.y[k])) +
-                "\" r=\"2.6\" fill=\"" + colour(series) + "\"/>\n";
+        draw_point(series, k);
       }
       return;
     }
@@ -279,7 +309,13 @@ class PanelDrawing {
     }
   }
 
+  struct NamePlace {
+    double x, y, half;  // middle, baseline, half the width
+  };
+
   const PlotPanel& panel_;
+  std::vector<NamePlace> names_;
+  std::string name_texts_;
   Scale x_;
   Scale y_;
   double left_ = 0.0;

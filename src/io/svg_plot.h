@@ -18,6 +18,9 @@ struct PlotSeries {
   std::vector<double> y;
   PlotMark mark = PlotMark::kLine;
   int colour = 0;  // of the palette: 0 blue, 1 red, 2 green, 3 purple, 4 grey, 5 brown
+  // Of points, written below them, where a front of small values leaves room; empty: none. A point
+  // with a name is drawn larger.
+  std::vector<std::string> names{};
 };
 
 struct PlotAxis {

@@ -12,23 +12,35 @@
 namespace zygoma {
 namespace {
 
-double segment_distance(const Point2& p, const Point2& a, const Point2& b) {
+// From the nearest point of a segment to p.
+Point2 from_segment(const Point2& p, const Point2& a, const Point2& b) {
   const Point2 ab = b - a;
   const double length2 = ab.squaredNorm();
   const double t = length2 > 0.0 ? std::clamp((p - a).dot(ab) / length2, 0.0, 1.0) : 0.0;
-  return (p - a - t * ab).norm();
+  return p - a - t * ab;
 }
 
-double mean_distance(const Contour& contour, const Contour& target) {
-  double sum = 0.0;
+// Of every node from the nearest place of the target, positive to the right of its walk.
+std::vector<double> signed_distances(const Contour& contour, const Contour& target) {
+  std::vector<double> distances;
+  const std::vector<Point2>& line = target.points_px;
   for (const Point2& p : contour.points_px) {
-    double best = (p - target.points_px.front()).norm();
-    for (std::size_t i = 1; i < target.points_px.size(); ++i) {
-      best = std::min(best, segment_distance(p, target.points_px[i - 1], target.points_px[i]));
+    double best = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 1; i < line.size(); ++i) {
+      const Point2 off = from_segment(p, line[i - 1], line[i]);
+      if (off.norm() >= std::abs(best)) continue;
+      const Point2 walk = line[i] - line[i - 1];
+      best = std::copysign(off.norm(), walk.x() * off.y() - walk.y() * off.x());
     }
-    sum += best;
+    distances.push_back(line.size() > 1 ? best : (p - line.front()).norm());
   }
-  return sum / static_cast<double>(contour.points_px.size());
+  return distances;
+}
+
+double mean_size(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += std::abs(value);
+  return sum / static_cast<double>(values.size());
 }
 
 double quantile(std::vector<double> values, double q) {
@@ -38,6 +50,19 @@ double quantile(std::vector<double> values, double q) {
   const auto i = static_cast<std::size_t>(k);
   const std::size_t j = std::min(i + 1, values.size() - 1);
   return values[i] + (values[j] - values[i]) * (k - static_cast<double>(i));
+}
+
+// Per frame the mean size of the distances, each less its node's median over all frames.
+std::vector<double> sizes_about_medians(std::vector<std::vector<double>> frames) {
+  std::vector<double> sizes;
+  std::vector<double> column(frames.size());
+  for (std::size_t k = 0; !frames.empty() && k < frames.front().size(); ++k) {
+    for (std::size_t t = 0; t < frames.size(); ++t) column[t] = frames[t][k];
+    const double middle = quantile(column, 0.5);
+    for (auto& frame : frames) frame[k] -= middle;
+  }
+  for (const auto& frame : frames) sizes.push_back(mean_size(frame));
+  return sizes;
 }
 
 ContractionError error_of(const std::string& control,
@@ -114,6 +139,7 @@ std::vector<ContourError> compare_contours(const std::vector<ContourSet>& estima
   std::vector<ContourError> errors;
   for (const Feature& feature : kFeatureSchema) {
     std::vector<double> distances;
+    std::vector<std::vector<double>> of_nodes;
     int num_true = 0;
     for (const ContourSet& set : truth) {
       const Contour* target = set.visible(feature.name);
@@ -122,22 +148,32 @@ std::vector<ContourError> compare_contours(const std::vector<ContourSet>& estima
       const auto found = by_frame.find(set.frame_index);
       if (found == by_frame.end()) continue;
       const Contour* contour = found->second->visible(feature.name);
-      if (contour != nullptr) distances.push_back(mean_distance(*contour, *target));
+      if (contour == nullptr) continue;
+      of_nodes.push_back(signed_distances(*contour, *target));
+      distances.push_back(mean_size(of_nodes.back()));
     }
     if (num_true == 0) continue;
     ContourError error;
     error.contour = feature.name;
     error.median_px = quantile(distances, 0.5);
     error.p90_px = quantile(distances, 0.9);
+    const std::vector<double> moved = sizes_about_medians(of_nodes);
+    error.motion_median_px = quantile(moved, 0.5);
+    error.motion_p90_px = quantile(moved, 0.9);
     error.cover = static_cast<double>(distances.size()) / num_true;
     errors.push_back(error);
   }
   return errors;
 }
 
+double overall_rms(const std::vector<ContractionError>& errors) {
+  double square = 0.0;
+  for (const ContractionError& e : errors) square += e.rms * e.rms;
+  return errors.empty() ? 0.0 : std::sqrt(square / static_cast<double>(errors.size()));
+}
+
 std::string contraction_table(const std::vector<ContractionError>& errors) {
   std::string table = "  control                                       RMS      r  true range\n";
-  double square = 0.0;
   for (const ContractionError& e : errors) {
     char line[160];
     if (e.truth_range >= 0.05) {
@@ -157,15 +193,10 @@ std::string contraction_table(const std::vector<ContractionError>& errors) {
                     e.truth_range);
     }
     table += line;
-    square += e.rms * e.rms;
   }
   if (!errors.empty()) {
     char line[160];
-    std::snprintf(line,
-                  sizeof line,
-                  "  %-42s %6.3f\n",
-                  "all",
-                  std::sqrt(square / static_cast<double>(errors.size())));
+    std::snprintf(line, sizeof line, "  %-42s %6.3f\n", "all", overall_rms(errors));
     table += line;
   }
   return table;

@@ -25,11 +25,18 @@ struct ContourError {
   std::string contour;
   double median_px = 0.0;  // over frames, of the mean distance from node to the true polyline
   double p90_px = 0.0;
+  // The same with the median of each node over the clip taken off its distance: the edge that is
+  // followed and the line that is true need not be the same line, but they should move alike.
+  double motion_median_px = 0.0;
+  double motion_p90_px = 0.0;
   double cover = 0.0;  // share of true contours that have an estimate
 };
 
 std::vector<ContourError> compare_contours(const std::vector<ContourSet>& estimate,
                                            const std::vector<ContourSet>& truth);
+
+// Over all controls, each counting alike.
+double overall_rms(const std::vector<ContractionError>& errors);
 
 // Plain-text tables.
 std::string contraction_table(const std::vector<ContractionError>& errors);

@@ -8,6 +8,7 @@
 #include "src/base/check.h"
 #include "src/io/video_writer.h"
 #include "src/pipeline/producer.h"
+#include "tracker/picture.h"
 
 namespace zygoma {
 namespace {
@@ -103,7 +104,7 @@ TrackedVideo track_video(const VideoSource& source,
   {
     Producer<Frame> frames(kFramesAhead, [&]() -> std::optional<Frame> {
       Frame frame;  // a fresh picture each time: the one before may still be in use
-      if (!(recording ? reader.read(frame) : reader.read_planes(frame))) return std::nullopt;
+      if (!reader.read_planes(frame)) return std::nullopt;
       return frame;
     });
     while (const std::optional<Frame> frame = frames.next()) {
@@ -117,7 +118,7 @@ TrackedVideo track_video(const VideoSource& source,
           if (looks_left == SecondLooks::kStart) looks_left = SecondLooks::kNone;
         }
       }
-      if (recording) recording->write(frame->image, frame->time_s);
+      if (recording) recording->write(Picture(*frame).bgr(), frame->time_s);
       observer.update(static_cast<int>(result.contours.size()));
       result.stopped = stop && stop();
       if (result.stopped) break;

@@ -242,6 +242,31 @@ TEST_F(HC51, OneSideStaysOneSide) {
          "left and right independent");
 }
 
+TEST(Lids, ABlinkIsReadOnItsSideAndNowhereElse) {
+  PerformingFace& face = usual_face();
+  const int lid = face.control("orbicularis_oculi_palpebral_L");
+  ASSERT_LT(lid, face.response.num_muscles());
+  const Performance performance = perform(
+      face, 2.0, [&](double t, Eigen::VectorXd& u) { u[lid] = rise_and_fall(t, 0.8, 0.1, 0.04); });
+  for (const bool live : {false, true}) {
+    RetargetOptions options;
+    options.neutral_frame = 2;
+    options.causal = live;
+    const ContractionTrack track = estimate(performance, options);
+    double peak = 0.0;
+    double other = 0.0;
+    for (std::size_t t = 0; t < track.frames.size(); ++t) {
+      Eigen::VectorXd u = controls_of(track.frames[t]);
+      EXPECT_NEAR(u[lid], performance.truth[t][lid], 0.15) << t;
+      peak = std::max(peak, u[lid]);
+      u[lid] = 0.0;
+      other = std::max(other, u.maxCoeff());
+    }
+    EXPECT_GT(peak, 0.9);
+    EXPECT_LT(other, 0.05);
+  }
+}
+
 TEST_F(HC52, ValuesAtTheirBoundsDoNotChatter) {
   PerformingFace& face = usual_face();
   const int smile = face.control("zygomaticus_major_L");

@@ -205,7 +205,7 @@ std::vector<Row> rows_of(const std::vector<const Sample*>& samples) {
 }
 
 constexpr double kLeastWeight = 0.3;
-constexpr double kFurrowMustShow = 1.2;  // least weight of a furrow's presence
+constexpr double kFurrowMustShow = 0.5;  // least weight of a furrow's presence
 
 // Least log loss with a little ridge and a least weight of every term, by accelerated projected
 // gradient.

@@ -135,6 +135,15 @@ TEST_F(BadInputTest, QualityThatContradictsItself) {
   expect_refused({"express", "12", "-o", out, "--tolerance", "0.3", "--surface-vertices", "500"},
                  {"--surface-vertices"});
   expect_refused({"express", "12", "-o", out, "--budget", "-3"}, {"-3"});
+  const std::string clip = ZYGOMA_SOURCE_DIR "/samples/performer.mp4";
+  expect_refused({"run", clip, "-o", out, "--budget", "30", "--level", "lattice"},
+                 {"--level", "--budget"});
+  expect_refused({"run", clip, "-o", out, "--tolerance", "0.3", "--second-look", "all"},
+                 {"--second-look", "--tolerance"});
+  expect_refused({"run", clip, "-o", out, "--quality", "fine", "--budget", "30"},
+                 {"--budget", "one of them"});
+  expect_refused({"tradeoff", "-o", out, "--truth", "contractions.csv"}, {"--truth", "clip"});
+  expect_refused({"tradeoff", out + "/no_such_clip.mp4", "-o", out}, {"no_such_clip.mp4"});
 }
 
 TEST_F(BadInputTest, WrongKindOfFile) {

@@ -66,7 +66,9 @@ TEST(EffectsCommandTest, ExplainsAScene) {
       EXPECT_LT(frames, 40.0);
       EXPECT_NE(std::string(table.cell(row, table.find("ranges"))).find("0"), std::string::npos);
     }
-    if (name == "teeth_contact") EXPECT_LE(frames, 1.0);
+    if (name == "teeth_contact") {
+      EXPECT_LE(frames, 1.0);
+    }
   }
 }
 

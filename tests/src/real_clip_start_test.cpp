@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kStarts = 5;  // per clip
 
-double distance_to_line(const Point2& p, const Landmarks& line) {
+double distance_to_line(const Point2& p, const ReferencePoints& line) {
   double least = (p - line.front()).norm();
   for (size_t i = 0; i + 1 < line.size(); ++i) {
     const Point2 along = line[i + 1] - line[i];
@@ -27,15 +27,15 @@ double distance_to_line(const Point2& p, const Landmarks& line) {
 }
 
 // Mean distance of both lips from the reference, of the distance of the eyes.
-double lips_off(const ContourSet& set, const Landmarks& points) {
-  const Landmarks upper(points.begin() + 48, points.begin() + 55);
-  Landmarks lower(points.begin() + 54, points.begin() + 60);
+double lips_off(const ContourSet& set, const ReferencePoints& points) {
+  const ReferencePoints upper(points.begin() + 48, points.begin() + 55);
+  ReferencePoints lower(points.begin() + 54, points.begin() + 60);
   lower.push_back(points[48]);
   const double eyes_px = (mean_of(points, 42, 47) - mean_of(points, 36, 41)).norm();
   double sum_px = 0.0;
   double nodes = 0.0;
   for (const auto& [name, line] :
-       std::map<std::string, Landmarks>{{"upper_lip", upper}, {"lower_lip", lower}}) {
+       std::map<std::string, ReferencePoints>{{"upper_lip", upper}, {"lower_lip", lower}}) {
     const Contour* lip = set.visible(name);
     if (lip == nullptr) return 1.0;
     for (const Point2& p : lip->points_px) sum_px += distance_to_line(p, line);
@@ -58,7 +58,7 @@ TEST(RealClip, TheMouthIsFoundWhateverItDoesAtTheStart) {
     if (!std::filesystem::exists(clip) || !std::filesystem::exists(track)) {
       GTEST_SKIP() << clip << " or its reference is not there; ZYGOMA_SHARED names the folder";
     }
-    const std::map<int, Landmarks> reference = read_reference(track.string());
+    const std::map<int, ReferencePoints> reference = read_reference(track.string());
     const int step = std::max(1, reference.rbegin()->first / kStarts);
     VideoReader reader(clip.string());
     for (Frame frame; reader.read(frame);) {

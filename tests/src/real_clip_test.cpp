@@ -25,7 +25,7 @@ int num_pictures(const std::string& video) {
 
 // Where a point lies as the eyes see it: origin between them, x towards the subject's left eye, the
 // distance of the eyes as unit.
-Point2 in_eye_frame(const Landmarks& points, int index) {
+Point2 in_eye_frame(const ReferencePoints& points, int index) {
   const Point2 right = mean_of(points, 36, 41);
   const Point2 left = mean_of(points, 42, 47);
   const Point2 x_axis = (left - right) / (left - right).squaredNorm();
@@ -76,7 +76,7 @@ void expect_in_range(const ContractionTrack& track) {
 // outwards and up.
 double follows_corner(const ContractionTrack& track,
                       const std::string& muscle,
-                      const std::map<int, Landmarks>& reference,
+                      const std::map<int, ReferencePoints>& reference,
                       int corner) {
   const auto column = std::find(track.muscles.begin(), track.muscles.end(), muscle);
   if (column == track.muscles.end()) return 0.0;
@@ -121,7 +121,7 @@ TEST(RealClip, SmileIsFollowedByBothZygomatici) {
   }
   expect_in_range(track);
 
-  const std::map<int, Landmarks> reference = read_reference(reference_path);
+  const std::map<int, ReferencePoints> reference = read_reference(reference_path);
   const double left = follows_corner(track, "zygomaticus_major_L", reference, 54);
   const double right = follows_corner(track, "zygomaticus_major_R", reference, 48);
   RecordProperty("correlation_left", std::to_string(left));

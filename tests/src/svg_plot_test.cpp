@@ -74,6 +74,20 @@ TEST(SvgPlotTest, DrawsWhatCanBeDrawn) {
   EXPECT_EQ(count(svg, "stroke-dasharray"), 1);
 }
 
+TEST(SvgPlotTest, NamesOfNeighboursKeepApart) {
+  PlotSeries points{"", {1.0, 1.01, 3.0}, {2.0, 2.0, 5.0}, PlotMark::kPoints, 0};
+  points.names = {"draft", "standard", ""};
+  const std::string svg = svg_plot({{"", {"x"}, {"y"}, {points}}});
+  EXPECT_EQ(count(svg, "r=\"4.4\""), 2);  // named points are larger
+  const std::regex name("<text x=\"[0-9.]+\" y=\"([0-9.]+)\"[^>]*>(draft|standard)<");
+  std::vector<double> heights;
+  for (std::sregex_iterator at(svg.begin(), svg.end(), name), end; at != end; ++at) {
+    heights.push_back(std::stod((*at)[1]));
+  }
+  ASSERT_EQ(heights.size(), 2U);
+  EXPECT_GE(std::abs(heights[0] - heights[1]), 12.0);
+}
+
 TEST(SvgPlotTest, LabelsOfOnePanelKeepApart) {
   PlotPanel panel{"", {""}, {""}, {}};
   for (int k = 0; k < 8; ++k) {

@@ -15,12 +15,12 @@
 
 namespace zygoma {
 
-using Landmarks = std::vector<Point2>;  // px
+using ReferencePoints = std::vector<Point2>;  // px
 
 // By frame.
-inline std::map<int, Landmarks> read_reference(const std::string& path) {
+inline std::map<int, ReferencePoints> read_reference(const std::string& path) {
   std::istringstream lines(bytes_of(path));
-  std::map<int, Landmarks> frames;
+  std::map<int, ReferencePoints> frames;
   std::string line;
   std::getline(lines, line);
   while (std::getline(lines, line)) {
@@ -28,13 +28,13 @@ inline std::map<int, Landmarks> read_reference(const std::string& path) {
     std::vector<double> numbers;
     for (std::string cell; std::getline(cells, cell, ',');) numbers.push_back(std::stod(cell));
     if (numbers.size() != 2 + 2 * 68) continue;
-    Landmarks& points = frames[static_cast<int>(numbers[0])];
+    ReferencePoints& points = frames[static_cast<int>(numbers[0])];
     for (size_t i = 0; i < 68; ++i) points.emplace_back(numbers[2 + 2 * i], numbers[3 + 2 * i]);
   }
   return frames;
 }
 
-inline Point2 mean_of(const Landmarks& points, size_t first, size_t last) {
+inline Point2 mean_of(const ReferencePoints& points, size_t first, size_t last) {
   Point2 sum(0.0, 0.0);
   for (size_t i = first; i <= last; ++i) sum += points[i];
   return sum / static_cast<double>(last - first + 1);

@@ -258,6 +258,90 @@ TEST(Tracker, ExplicitSteppingComesToTheSamePlaces) {
   }
 }
 
+// How far the left brow is from where it should be, after it has gone up at once.
+double brow_left_behind_px(const TrackerEffort& effort, double flow_hold = 0.3) {
+  TrackerOptions options;
+  options.flow_hold = flow_hold;
+  options.effort = effort;
+  Tracker tracker(options);
+  tracker.start_from(template_at({}));
+  double before = 0.0;
+  for (int i = 0; i < 4; ++i) before = mean_y(tracker.track(frame_of(i, draw({}))), "brow_left");
+  Drawing raised;
+  raised.brow_up = 0.1;
+  ContourSet set;
+  for (int i = 4; i < 6; ++i) set = tracker.track(frame_of(i, draw(raised)));
+  return std::abs(mean_y(set, "brow_left") - (before - raised.brow_up * raised.eye_distance_px));
+}
+
+TEST(Tracker, WhatIsNotPredictedIsLeftBehind) {
+  TrackerEffort effort;
+  EXPECT_LT(brow_left_behind_px(effort), 1.5);
+  effort.predict_by = PredictBy::kLastFrame;
+  EXPECT_LT(brow_left_behind_px(effort), 1.5);
+  effort.predict_by = PredictBy::kNothing;
+  const double alone_px = brow_left_behind_px(effort, 0.0);
+  EXPECT_GT(alone_px, 3.0);
+  effort.gaussian_levels = 3;  // attract from further away
+  EXPECT_LT(brow_left_behind_px(effort, 0.0), 0.8 * alone_px);
+}
+
+TEST(Tracker, EffortIsPaidInIterationsAndHardlyMovesContours) {
+  const auto follow = [](const TrackerEffort& effort, int& iterations) {
+    TrackerOptions options;
+    options.effort = effort;
+    Tracker tracker(options);
+    tracker.start_from(template_at({}));
+    ContourSet set;
+    for (int i = 0; i < 6; ++i) {
+      Drawing d;
+      d.mouth_open = 0.03 * i;
+      set = tracker.track(frame_of(i, draw(d)));
+    }
+    iterations = tracker.report().relax_iterations;
+    return set;
+  };
+  int usual_iterations = 0;
+  const ContourSet usual = follow({}, usual_iterations);
+  const auto expect_near = [&](const TrackerEffort& effort, int& iterations) {
+    const ContourSet set = follow(effort, iterations);
+    for (size_t f = 0; f < kContours1992.size(); ++f) {
+      ASSERT_EQ(set.contours[f].points_px.size(), usual.contours[f].points_px.size());
+      for (size_t n = 0; n < set.contours[f].points_px.size(); ++n) {
+        EXPECT_LT((set.contours[f].points_px[n] - usual.contours[f].points_px[n]).norm(), 3.0)
+            << set.contours[f].name << " node " << n;
+      }
+    }
+  };
+  int iterations = 0;
+  TrackerEffort effort;
+  effort.max_iterations = 1;
+  expect_near(effort, iterations);
+  EXPECT_EQ(iterations, static_cast<int>(kNumFeatures));
+  effort = {};
+  effort.tolerance_px = 1e-5;
+  effort.max_iterations = 1000;
+  expect_near(effort, iterations);
+  EXPECT_GT(iterations, usual_iterations);
+  effort = {};
+  effort.nodes = 2.0;
+  expect_near(effort, iterations);
+  effort = {};
+  effort.models = false;
+  expect_near(effort, iterations);
+}
+
+TEST(Tracker, EffortOutOfRangeIsRefused) {
+  for (const int what : {0, 1, 2, 3}) {
+    TrackerOptions options;
+    if (what == 0) options.effort.gaussian_levels = 0;
+    if (what == 1) options.effort.nodes = 0.1;
+    if (what == 2) options.effort.tolerance_px = std::nan("");
+    if (what == 3) options.effort.max_iterations = 0;
+    EXPECT_THROW(options.check(), InputError) << what;
+  }
+}
+
 TEST(Tracker, SaysWhyAConfidenceIsLow) {
   Tracker tracker;
   tracker.start_from(template_at({}));

@@ -1,0 +1,64 @@
+#include "src/pipeline/run_quality.h"
+
+#include <array>
+
+#include "src/base/check.h"
+
+namespace zygoma {
+
+void RunQuality::apply(RetargetOptions& options) const { options.level = level; }
+
+bool RunQuality::has_one_face() const {
+  return face.surface_vertices == estimation.surface_vertices &&
+         face.bi_layer == estimation.bi_layer &&
+         face.relative_residual == estimation.relative_residual;
+}
+
+const std::vector<RunQuality>& run_qualities() {
+  struct Work {
+    SecondLooks second_looks;
+    FaceLevel level;
+    int samples_per_pixel;
+  };
+  constexpr Work kLinear{SecondLooks::kNone, FaceLevel::kLinear, 1};
+  constexpr Work kCorrected{SecondLooks::kStart, FaceLevel::kCorrected, 2};
+  constexpr Work kLattice{SecondLooks::kStart, FaceLevel::kLattice, 2};
+  constexpr Work kEverything{SecondLooks::kAll, FaceLevel::kLattice, 2};
+  // Name, faces that are drawn and estimated with, RMS, ms to start and per frame.
+  const auto level = [](const char* name,
+                        const char* drawn,
+                        const char* estimated_with,
+                        const Work& work,
+                        const std::array<double, 3>& figures) {
+    return RunQuality{name,
+                      face_quality(drawn),
+                      face_quality(estimated_with),
+                      work.second_looks,
+                      work.level,
+                      work.samples_per_pixel,
+                      figures[0],
+                      figures[1],
+                      figures[2]};
+  };
+  const char* const coarser = "between standard and fine";
+  const char* const finer = "between fine and reference";
+  static const std::vector<RunQuality> qualities{
+      level("draft", "draft", "draft", kLinear, {0.074, 800.0, 22.0}),
+      level("standard", "standard", "standard", kCorrected, {0.064, 1000.0, 30.0}),
+      level(coarser, coarser, coarser, kCorrected, {0.063, 1200.0, 37.0}),
+      level("fine", "fine", "fine", kCorrected, {0.061, 2500.0, 60.0}),
+      level(finer, finer, "fine", kLattice, {0.060, 3000.0, 100.0}),
+      level("reference", "reference", finer, kEverything, {0.059, 7000.0, 400.0})};
+  return qualities;
+}
+
+const RunQuality& run_quality(const std::string& name) {
+  std::string known;
+  for (const RunQuality& quality : run_qualities()) {
+    if (quality.name == name) return quality;
+    known += (known.empty() ? "" : ", ") + quality.name;
+  }
+  throw InputError("quality \"" + name + "\" is unknown, expected one of " + known);
+}
+
+}  // namespace zygoma
