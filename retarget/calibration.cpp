@@ -10,16 +10,10 @@
 
 #include "retarget/head_motion.h"
 #include "src/base/check.h"
+#include "tracker/robust.h"
 
 namespace zygoma {
 namespace {
-
-double median(std::vector<double> values) {
-  assert(!values.empty());
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double quantile(std::vector<double> values, double share) {
   const auto at = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5);
@@ -151,7 +145,7 @@ NodeStack median_shape(const std::vector<ObservedFrame>& frames,
         for (std::size_t t = begin; t < end; ++t) {
           if (frames[t].contours.visible(c)) values.push_back(shape[t](axis, k));
         }
-        if (!values.empty()) result(axis, k) = median(std::move(values));
+        if (!values.empty()) result(axis, k) = median(values);
       }
     }
   }
@@ -191,7 +185,7 @@ std::vector<std::pair<std::size_t, double>> find_rest(const std::vector<Observed
   };
   const double low_gap = low(track.lip_gap);
   const double low_width = low(track.mouth_width);
-  const std::vector<double> brows = seen_values(track.brow_height);
+  std::vector<double> brows = seen_values(track.brow_height);
   const double usual_brow = brows.empty() ? 0.0 : median(brows);
   const NodeStack usual = median_shape(frames, track.shape, 0, frames.size());
   const double duration = std::max(1e-9, frames.back().time_s - frames.front().time_s);
@@ -340,7 +334,7 @@ Neutral neutral_at(const std::vector<ObservedFrame>& frames, int frame_index) {
     for (std::size_t t = begin; t < end; ++t) {
       confidence.push_back(frames[t].contours.confidence[c]);
     }
-    neutral.contours.confidence[c] = median(std::move(confidence));
+    neutral.contours.confidence[c] = median(confidence);
   }
   return neutral;
 }

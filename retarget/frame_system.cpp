@@ -80,28 +80,23 @@ std::array<double, kNumHead> head_sigmas(const RefineOptions& options) {
 }  // namespace
 
 void RefineOptions::check() const {
-  const auto within = [](const char* name, double value, double low, double high) {
-    require(value >= low && value <= high,
-            std::string(name) + " is " + std::to_string(value) + "; expected a value in [" +
-                std::to_string(low) + ", " + std::to_string(high) + "]");
-  };
-  within("outlier_sigmas", outlier_sigmas, 1.0, 1e6);
-  within("ridge_sigma", ridge_sigma, 0.05, 1e6);
-  within("rest_pull", rest_pull, 0.0, 1.0);
-  within("antagonist_sigma", antagonist_sigma, 0.01, 1e6);
-  within("tie_sigma", tie_sigma, 0.01, 1e6);
-  within("head_scale_sigma", head_scale_sigma, 1e-4, 10.0);
-  within("head_shift_sigma_mm", head_shift_sigma_mm, 0.01, 1000.0);
-  within("head_turn_sigma_rad", head_turn_sigma_rad, 1e-4, 10.0);
-  within("relative_error", relative_error, 0.0, 10.0);
-  within("independent_nodes", independent_nodes, 1.0, 100.0);
-  within("fastest_per_s", fastest_per_s, 0.1, 1e9);
-  within("acceleration_per_s2", acceleration_per_s2, 1.0, 1e9);
-  within("turn_acceleration_per_s2", turn_acceleration_per_s2, 0.01, 1e9);
-  within("window_frames", window_frames, 1.0, 1000.0);
-  within("lookahead_frames", lookahead_frames, 0.0, 1000.0);
-  within("tolerance", tolerance, 1e-15, 0.1);
-  within("max_iterations", max_iterations, 1.0, 1000.0);
+  require_range("outlier_sigmas", outlier_sigmas, 1.0, 1e6);
+  require_range("ridge_sigma", ridge_sigma, 0.05, 1e6);
+  require_range("rest_pull", rest_pull, 0.0, 1.0);
+  require_range("antagonist_sigma", antagonist_sigma, 0.01, 1e6);
+  require_range("tie_sigma", tie_sigma, 0.01, 1e6);
+  require_range("head_scale_sigma", head_scale_sigma, 1e-4, 10.0);
+  require_range("head_shift_sigma_mm", head_shift_sigma_mm, 0.01, 1000.0);
+  require_range("head_turn_sigma_rad", head_turn_sigma_rad, 1e-4, 10.0);
+  require_range("relative_error", relative_error, 0.0, 10.0);
+  require_range("independent_nodes", independent_nodes, 1.0, 100.0);
+  require_range("fastest_per_s", fastest_per_s, 0.1, 1e9);
+  require_range("acceleration_per_s2", acceleration_per_s2, 1.0, 1e9);
+  require_range("turn_acceleration_per_s2", turn_acceleration_per_s2, 0.01, 1e9);
+  require_range("window_frames", window_frames, 1.0, 1000.0);
+  require_range("lookahead_frames", lookahead_frames, 0.0, 1000.0);
+  require_range("tolerance", tolerance, 1e-15, 0.1);
+  require_range("max_iterations", max_iterations, 1.0, 1000.0);
 }
 
 Eigen::VectorXd agility_of(const FaceResponse& response) {

@@ -8,13 +8,9 @@
 namespace zygoma {
 
 void LatticeLoopOptions::check() const {
-  require(max_rounds >= 1 && max_rounds <= 100,
-          "max_rounds is " + std::to_string(max_rounds) + "; expected a value in [1, 100]");
-  require(tolerance >= 1e-9 && tolerance <= 1.0,
-          "tolerance is " + std::to_string(tolerance) + "; expected a value in [1e-9, 1]");
-  require(
-      refresh_distance >= 0.0 && refresh_distance <= 1.0,
-      "refresh_distance is " + std::to_string(refresh_distance) + "; expected a value in [0, 1]");
+  require_range("max_rounds", max_rounds, 1, 100);
+  require_range("tolerance", tolerance, 1e-9, 1.0);
+  require_range("refresh_distance", refresh_distance, 0.0, 1.0);
 }
 
 LatticeLoop::LatticeLoop(Simulator& face,

@@ -217,11 +217,8 @@ class Measurement {
 }  // namespace
 
 void ResponseOptions::check() const {
-  require(viewing_distance_mm >= 200.0 && viewing_distance_mm <= 1e6,
-          "viewing_distance_mm is " + std::to_string(viewing_distance_mm) +
-              "; expected a value in [200, 1e6]");
-  require(overlap >= 0.0 && overlap <= 1.0,
-          "overlap is " + std::to_string(overlap) + "; expected a value in [0, 1]");
+  require_range("viewing_distance_mm", viewing_distance_mm, 200.0, 1e6);
+  require_range("overlap", overlap, 0.0, 1.0);
 }
 
 FaceResponse measure_response(Simulator& face,

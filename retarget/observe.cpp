@@ -26,12 +26,8 @@ constexpr ContourTrust trust_of(int contour) {
 }  // namespace
 
 void ObservationOptions::check() const {
-  const auto within = [](const char* name, double value) {
-    require(value >= 0.0 && value <= 100.0,
-            std::string(name) + " is " + std::to_string(value) + "; expected a value in [0, 100]");
-  };
-  within("noise_px", noise_px);
-  within("model_error_mm", model_error_mm);
+  require_range("noise_px", noise_px, 0.0, 100.0);
+  require_range("model_error_mm", model_error_mm, 0.0, 100.0);
 }
 
 double contour_sigma_mm(int contour,

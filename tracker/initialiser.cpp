@@ -165,6 +165,12 @@ ContourNodes template_contours() {
   return out;
 }
 
+void join_lip_ends(ContourNodes& contours) {
+  const auto join = [](Point2& a, Point2& b) { a = b = 0.5 * (a + b); };
+  join(contours[kUpperLip].front(), contours[kLowerLip].front());
+  join(contours[kUpperLip].back(), contours[kLowerLip].back());
+}
+
 PlacedFace place_contours(const FaceChart& chart) {
   PlacedFace face;
   ContourNodes& out = face.contours;
@@ -228,9 +234,7 @@ PlacedFace place_contours(const FaceChart& chart) {
       const auto feature = static_cast<FeatureIndex>(f);
       out[f] = settle(out[f], level, feature, hold_of(feature));
     }
-    const auto join = [](Point2& a, Point2& b) { a = b = 0.5 * (a + b); };
-    join(out[kUpperLip].front(), out[kLowerLip].front());
-    join(out[kUpperLip].back(), out[kLowerLip].back());
+    join_lip_ends(out);
   }
   return face;
 }

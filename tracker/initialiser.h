@@ -36,6 +36,9 @@ std::vector<Point2> furrow_between(const std::vector<Point2>& nose_tip,
                                    const std::vector<Point2>& upper_lip,
                                    bool left);
 
+// The lips meet in the corners of the mouth.
+void join_lip_ends(ContourNodes& contours);
+
 // Snake constants per feature, for a chart's scale.
 SnakeOptions snake_options(FeatureIndex feature);
 

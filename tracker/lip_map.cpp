@@ -27,11 +27,19 @@ const std::vector<float>& saturation() {
   return table;
 }
 
-// The outline grown about its middle, as a mask.
-cv::Mat grown(const cv::Size& size,
-              const std::vector<Point2>& outline,
-              double factor,
-              double more_px) {
+}  // namespace
+
+std::vector<Point2> mouth_outline(const std::vector<Point2>& upper_lip,
+                                  const std::vector<Point2>& lower_lip) {
+  std::vector<Point2> outline = upper_lip;
+  outline.insert(outline.end(), lower_lip.rbegin(), lower_lip.rend());
+  return outline;
+}
+
+cv::Mat outline_mask(const cv::Size& size,
+                     const std::vector<Point2>& outline,
+                     double factor,
+                     double more_px) {
   Point2 middle = Point2::Zero();
   for (const Point2& p : outline) middle += p / static_cast<double>(outline.size());
   std::vector<cv::Point> polygon;
@@ -46,8 +54,6 @@ cv::Mat grown(const cv::Size& size,
   return mask;
 }
 
-}  // namespace
-
 Eigen::Vector3f colour_features(const cv::Vec3b& bgr) {
   const float blue = bgr[0];
   const float green = bgr[1];
@@ -60,13 +66,12 @@ Eigen::Vector3f colour_features(const cv::Vec3b& bgr) {
 bool LipMap::learn(const cv::Mat& bgr,
                    const std::vector<Point2>& upper_lip,
                    const std::vector<Point2>& lower_lip) {
-  std::vector<Point2> outline = upper_lip;
-  outline.insert(outline.end(), lower_lip.rbegin(), lower_lip.rend());
+  const std::vector<Point2> outline = mouth_outline(upper_lip, lower_lip);
   cv::Mat soft;
   cv::GaussianBlur(bgr, soft, cv::Size(), kSoftness_px);
-  const cv::Mat near = grown(bgr.size(), outline, 1.05, 4.0);
-  const cv::Mat far = grown(bgr.size(), outline, 1.1, 14.0);
-  const cv::Mat inside = grown(bgr.size(), outline, 0.9, -1.0);
+  const cv::Mat near = outline_mask(bgr.size(), outline, 1.05, 4.0);
+  const cv::Mat far = outline_mask(bgr.size(), outline, 1.1, 14.0);
+  const cv::Mat inside = outline_mask(bgr.size(), outline, 0.9, -1.0);
   std::vector<Eigen::Vector3f> skin, lips;
   for (int row = 0; row < bgr.rows; ++row) {
     for (int column = 0; column < bgr.cols; ++column) {

@@ -19,6 +19,15 @@
 
 namespace zygoma {
 
+// Around the mouth and back to where it began.
+std::vector<Point2> mouth_outline(const std::vector<Point2>& upper_lip,
+                                  const std::vector<Point2>& lower_lip);
+// What lies within an outline grown about its middle by a factor and so many px more.
+cv::Mat outline_mask(const cv::Size& size,
+                     const std::vector<Point2>& outline,
+                     double factor = 1.0,
+                     double more_px = 0.0);
+
 // Pseudo-hue, share of blue, brightness of a pixel, all about [0, 1]. Near-black pixels, whose
 // colour is noise, come out neutral.
 Eigen::Vector3f colour_features(const cv::Vec3b& bgr);

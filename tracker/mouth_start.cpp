@@ -47,18 +47,7 @@ MouthStart find_near(const Mouth& usual, const FaceChart& chart, const Evidence&
 }
 
 cv::Mat inside_of(const Mouth& mouth, const cv::Size& size) {
-  std::vector<cv::Point> polygon;
-  const auto add = [&](const Point2& p) {
-    polygon.emplace_back(static_cast<int>(std::lround(p.x())),
-                         static_cast<int>(std::lround(p.y())));
-  };
-  const std::vector<Point2> upper = lip_nodes(mouth, true);
-  const std::vector<Point2> lower = lip_nodes(mouth, false);
-  for (auto p = upper.begin(); p != upper.end(); ++p) add(*p);
-  for (auto p = lower.rbegin(); p != lower.rend(); ++p) add(*p);
-  cv::Mat mask = cv::Mat::zeros(size, CV_8U);
-  cv::fillPoly(mask, std::vector<std::vector<cv::Point>>{polygon}, cv::Scalar(255));
-  return mask;
+  return outline_mask(size, mouth_outline(lip_nodes(mouth, true), lip_nodes(mouth, false)));
 }
 
 // Colours of a region as a Gaussian.

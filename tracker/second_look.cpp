@@ -40,7 +40,7 @@ void blend(const Contour& back, double weight, double tolerance_px, Contour& con
 }  // namespace
 
 void SecondLookOptions::check() const {
-  require(num_frames >= 2 && num_frames <= 1000, "second look: num_frames must be in [2, 1000]");
+  require_range("second look: num_frames", num_frames, 2, 1000);
   require(tolerance_iod > 0.0, "second look: tolerance_iod must be > 0");
 }
 

@@ -140,12 +140,6 @@ double sharpness_of(const FaceChart& chart) {
   return spread[0];
 }
 
-void join_lip_ends(ContourNodes& contours) {
-  const auto join = [](Point2& a, Point2& b) { a = b = 0.5 * (a + b); };
-  join(contours[kUpperLip].front(), contours[kLowerLip].front());
-  join(contours[kUpperLip].back(), contours[kLowerLip].back());
-}
-
 // How far a contour's nodes lie before the eyes on a usual face, chart px: a + b x^2, x from the
 // middle of the face.
 double usual_depth(FeatureIndex feature, const Point2& node) {
@@ -251,21 +245,17 @@ std::optional<ContourSet> take(std::optional<Marks>& marks, const Mirror& mirror
 }  // namespace
 
 void TrackerEffort::check() const {
-  require(gaussian_levels >= 1 && gaussian_levels <= 4,
-          "tracker: gaussian_levels must be in [1, 4]");
-  require(nodes >= 0.4 && nodes <= 8.0, "tracker: nodes must be in [0.4, 8]");
-  require(tolerance_px >= 1e-9 && tolerance_px <= 1.0,
-          "tracker: tolerance_px must be in [1e-9, 1]");
-  require(max_iterations >= 1 && max_iterations <= 100000,
-          "tracker: max_iterations must be in [1, 100000]");
+  require_range("tracker: gaussian_levels", gaussian_levels, 1, 4);
+  require_range("tracker: nodes", nodes, 0.4, 8.0);
+  require_range("tracker: tolerance_px", tolerance_px, 1e-9, 1.0);
+  require_range("tracker: max_iterations", max_iterations, 1, 100000);
 }
 
 void TrackerOptions::check() const {
   effort.check();
-  require(max_coast_frames >= 0 && max_coast_frames <= 1000,
-          "tracker: max_coast_frames must be in [0, 1000]");
-  require(flow_hold >= 0.0 && flow_hold <= 100.0, "tracker: flow_hold must be in [0, 100]");
-  require(prior_share >= 0.0 && prior_share <= 1.0, "tracker: prior_share must be in [0, 1]");
+  require_range("tracker: max_coast_frames", max_coast_frames, 0, 1000);
+  require_range("tracker: flow_hold", flow_hold, 0.0, 100.0);
+  require_range("tracker: prior_share", prior_share, 0.0, 1.0);
   require(new_look_correlation > 0.0 && new_look_correlation < 1.0,
           "tracker: new_look_correlation must be in (0, 1)");
 }

@@ -3,6 +3,7 @@
 
 #include "src/base/check.h"
 #include "src/io/contours_file.h"
+#include "src/io/json_input.h"
 #include "src/io/text.h"
 #include "tracker/feature_schema.h"
 
@@ -13,15 +14,6 @@ using nlohmann::json;
 
 constexpr const char* kKind =
     R"(a contours JSON file like {"frame": 0, "contours": {"brow_left": [[x, y], ...]}})";
-
-// "FILE: contours.brow_left[3]: VALUE, expected WHAT"
-[[noreturn]] void complain(const std::string& where, const json& value, const char* expected) {
-  // Lists are not repeated: they can be long, and deep enough to be a trap.
-  const std::string text = value.is_structured()
-                               ? "a list of " + std::to_string(value.size())
-                               : value.dump(-1, ' ', true, json::error_handler_t::replace);
-  throw InputError(where + ": " + quote_value(text) + ", expected " + expected);
-}
 
 double coordinate(const std::string& where, const json& value) {
   const bool is_finite = value.is_number() && std::isfinite(value.get<double>());
@@ -58,22 +50,10 @@ std::string schema_names() {
   return names;
 }
 
-json parse(const std::string& path) {
-  const std::string text = read_text_file(path, kKind);
-  try {
-    return json::parse(text);
-  } catch (const json::parse_error& error) {
-    throw InputError(path + ": not valid JSON at byte " + std::to_string(error.byte) +
-                     ", expected " + kKind);
-  } catch (const json::exception&) {
-    throw InputError(path + ": holds a number that is too large, expected " + kKind);
-  }
-}
-
 }  // namespace
 
 ContourSet read_initial_contours(const std::string& path) {
-  const json document = parse(path);
+  const json document = parse_json<json>(path, kKind);
   if (!document.is_object()) complain(path, document, kKind);
   const auto given = document.find("contours");
   require(given != document.end() && given->is_object() && !given->empty(),

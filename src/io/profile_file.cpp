@@ -6,6 +6,7 @@
 #include "retarget/observe.h"
 #include "src/base/check.h"
 #include "src/io/atomic_file.h"
+#include "src/io/json_input.h"
 #include "src/io/text.h"
 
 namespace zygoma {
@@ -23,15 +24,6 @@ json contour_json(const StackedContours& contours, int contour) {
   }
   return {{"confidence", contours.confidence[static_cast<std::size_t>(contour)]},
           {"points_px", points}};
-}
-
-[[noreturn]] void complain(const std::string& where,
-                           const json& value,
-                           const std::string& expected) {
-  const std::string text = value.is_structured()
-                               ? "a list of " + std::to_string(value.size())
-                               : value.dump(-1, ' ', true, json::error_handler_t::replace);
-  throw InputError(where + ": " + quote_value(text) + ", expected " + expected);
 }
 
 double number_in(const std::string& where, const json& value, double low, double high) {
@@ -74,18 +66,6 @@ void read_contour(const std::string& where, const json& given, int c, StackedCon
   }
 }
 
-json parse(const std::string& path) {
-  const std::string text = read_text_file(path, kKind);
-  try {
-    return json::parse(text);
-  } catch (const json::parse_error& error) {
-    throw InputError(path + ": not valid JSON at byte " + std::to_string(error.byte) +
-                     ", expected " + kKind);
-  } catch (const json::exception&) {
-    throw InputError(path + ": holds a number that is too large, expected " + kKind);
-  }
-}
-
 }  // namespace
 
 void write_profile(const std::string& path, const PerformerProfile& profile) {
@@ -108,7 +88,7 @@ void write_profile(const std::string& path, const PerformerProfile& profile) {
 }
 
 PerformerProfile read_profile(const std::string& path) {
-  const json document = parse(path);
+  const json document = parse_json<json>(path, kKind);
   const json& schema = member(path, document, "schema");
   if (schema != kSchema) complain(path + ": schema", schema, kSchema);
   PerformerProfile profile;

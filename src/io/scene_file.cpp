@@ -11,6 +11,7 @@
 #include "face/facs.h"
 #include "face/muscle_table.h"
 #include "src/base/check.h"
+#include "src/io/json_input.h"
 #include "src/io/text.h"
 
 namespace zygoma {
@@ -22,20 +23,6 @@ constexpr const char* kScene = R"(a scene file (JSON) like {"motion": {"keys": [
 constexpr const char* kAuto = "auto";
 constexpr const char* kKeyframes =
     R"(keyframes (JSON) like {"keys": [{"time_s": 0}, {"time_s": 1, "pose": "6+12"}]})";
-
-// "FILE: tissue.law: VALUE, expected WHAT"
-[[noreturn]] void complain(const std::string& where,
-                           const json& value,
-                           const std::string& expected) {
-  // Objects and lists are not repeated: they can be long, and deep enough to be a trap.
-  std::string text = value.is_object()  ? "an object"
-                     : value.is_array() ? "a list of " + std::to_string(value.size())
-                                        : "";
-  if (text.empty()) {
-    text = quote_value(value.dump(-1, ' ', true, json::error_handler_t::replace));
-  }
-  throw InputError(where + ": " + text + ", expected " + expected);
-}
 
 std::string joined(const std::vector<std::string>& words) {
   std::string text;

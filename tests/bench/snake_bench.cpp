@@ -25,6 +25,7 @@
 #include "src/pipeline/stage_figures.h"
 #include "src/synthetic/performer.h"
 #include "tests/bench/bench_tools.h"
+#include "tests/support/lines.h"
 #include "tracker/potential_field.h"
 #include "tracker/snake.h"
 
@@ -105,23 +106,12 @@ struct Run {
   Line ours, theirs;
 };
 
-double distance_to(const Line& line, const Point2& p) {
-  double best = 1e18;
-  for (size_t i = 1; i < line.size(); ++i) {
-    const Point2 ab = line[i] - line[i - 1];
-    const double t =
-        std::clamp((p - line[i - 1]).dot(ab) / std::max(1e-12, ab.squaredNorm()), 0.0, 1.0);
-    best = std::min(best, (line[i - 1] + t * ab - p).norm());
-  }
-  return best;
-}
-
 // Lower is better: px to the truth, or minus the edge or plus the brightness under the contour.
 double error_of(const Case& c, const Line& line) {
   double sum = 0.0;
   const Line points = resample(line, 400);
   if (!c.truth.empty()) {
-    for (const Point2& p : points) sum += distance_to(c.truth, p) / 400.0;
+    for (const Point2& p : points) sum += distance_to_line(p, c.truth) / 400.0;
     return sum;
   }
   if (c.dark) {

@@ -23,6 +23,7 @@
 #include "tracker/confidence.h"
 #include "tracker/face_chart.h"
 #include "tracker/feature_schema.h"
+#include "tracker/robust.h"
 
 namespace zygoma::hard {
 namespace {
@@ -242,12 +243,6 @@ ConfidenceMap fit(const std::vector<Row>& rows, double least_presence) {
   return map;
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 void fit_offsets(unsigned first, unsigned count) {
   std::vector<Sample> samples;
   for (unsigned seed = first; seed < first + count; ++seed) {
@@ -270,7 +265,8 @@ void fit_offsets(unsigned first, unsigned count) {
     std::vector<Point2>& usual = offsets()[kind];
     usual.clear();
     for (const Spread& xy : nodes) {
-      usual.emplace_back(median(xy[0]), median(xy[1]));
+      Spread sorted = xy;
+      usual.emplace_back(median(sorted[0]), median(sorted[1]));
       char line[120];
       std::snprintf(line,
                     sizeof line,

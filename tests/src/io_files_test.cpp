@@ -371,12 +371,12 @@ TEST(InitialContoursTest, NamesFilePlaceAndValue) {
   };
   expect("", {"not valid JSON", "expected a contours JSON file"});
   expect("{\"contours\": {", {"not valid JSON at byte"});
-  expect("[1, 2]", {"'a list of 2', expected a contours JSON file"});
+  expect("[1, 2]", {"a list of 2, expected a contours JSON file"});
   expect("{}", {"has no contours"});
   expect(R"({"contours": {}})", {"has no contours"});
   expect(R"({"contours": {"nose": [[0, 0], [1, 1]]}})", {"'nose' is unknown", "nose_tip"});
   expect(R"({"contours": {"nose_tip": [[0, 0]]}})", {"contours.nose_tip", "at least two points"});
-  expect(R"({"contours": {"nose_tip": [[0, 0], [1]]}})", {"contours.nose_tip[1]: 'a list of 1'"});
+  expect(R"({"contours": {"nose_tip": [[0, 0], [1]]}})", {"contours.nose_tip[1]: a list of 1"});
   expect(R"({"contours": {"nose_tip": [[0, 0], [1, null]]}})", {"nose_tip[1]: 'null'", "number"});
   expect(R"({"contours": {"nose_tip": [[0, 0], [1, 1e999]]}})", {"too large"});
   expect(R"({"frame": -1, "contours": {"nose_tip": [[0, 0], [1, 1]]}})", {"frame: '-1'"});

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "src/io/video_reader.h"
+#include "tests/support/lines.h"
 #include "tests/support/reference_track.h"
 #include "tests/support/shared_folder.h"
 #include "tracker/robust.h"
@@ -15,16 +16,6 @@ namespace zygoma {
 namespace {
 
 constexpr int kStarts = 5;  // per clip
-
-double distance_to_line(const Point2& p, const ReferencePoints& line) {
-  double least = (p - line.front()).norm();
-  for (size_t i = 0; i + 1 < line.size(); ++i) {
-    const Point2 along = line[i + 1] - line[i];
-    const double t = std::clamp((p - line[i]).dot(along) / along.squaredNorm(), 0.0, 1.0);
-    least = std::min(least, (p - line[i] - t * along).norm());
-  }
-  return least;
-}
 
 // Mean distance of both lips from the reference, of the distance of the eyes.
 double lips_off(const ContourSet& set, const ReferencePoints& points) {
