@@ -33,6 +33,11 @@ void EffectChooser::let_all_act() {
   }
 }
 
+bool EffectChooser::all_act() const {
+  const std::vector<Effects::Part>& parts = energy_.effects().parts();
+  return std::all_of(parts.begin(), parts.end(), [](const auto& part) { return part.acts; });
+}
+
 void EffectChooser::expect(const ExpectedMotion& motion) {
   for (std::size_t k = 0; k < uses_.size(); ++k) {
     const Effects::Part& part = energy_.effects().parts()[k];

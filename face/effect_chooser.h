@@ -37,6 +37,7 @@ class EffectChooser {
   const std::vector<EffectUse>& uses() const { return uses_; }
 
   void let_all_act();
+  bool all_act() const;
 
   // Before a frame: what the motion calls for comes.
   void expect(const ExpectedMotion& motion);

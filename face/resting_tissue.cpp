@@ -7,15 +7,16 @@ namespace zygoma {
 namespace {
 
 // Of the tolerance:
-constexpr double kZoneShare = 0.4;   // what a control moves less is not in its zone
-constexpr double kWakeShare = 0.3;   // a column that may be that far off wakes
-constexpr double kJoinShare = 0.15;  // and with it all that may be that far off
-constexpr double kForceShare = 0.1;  // by the stretch of one node alone, which is stiffer than all
+constexpr double kZoneShare = 0.6;   // what a control moves less is not in its zone
+constexpr double kWakeShare = 0.4;   // a column that may be that far off wakes
+constexpr double kJoinShare = 0.2;   // and with it all that may be that far off
+constexpr double kForceShare = 0.4;  // by the stretch of one node alone, which is stiffer than all
 constexpr double kLeaveShare = 0.2;  // a column rests if it has no further to go
 constexpr double kSeenShare = 0.1;   // a control that moves no more has not moved
 constexpr double kStillS = 1.0;      // a control that has not moved for that long gives its zone up
 constexpr double kWorthShare = 0.85;  // of what moves: a region that is not smaller is not worth it
-constexpr double kShrinkShare = 0.7;  // the same, on the move, where it may soon have to grow again
+constexpr double kShrinkShare =
+    0.85;                             // the same, on the move, where it may soon have to grow again
 constexpr double kGrownShare = 0.95;  // of all, to which a region may grow before all move
 constexpr int kQuestionEvery = 15;    // frames
 constexpr double kWidestJaw = 0.4;    // rad, of a zone
@@ -65,29 +66,6 @@ std::vector<char> RestingTissue::wanted() const {
     for (std::size_t c = 0; c < region.size(); ++c) region[c] |= zone_[k][c];
   }
   return region;
-}
-
-// And the columns next to it, so that what grows a little need not change.
-std::vector<char> RestingTissue::with_margin(const std::vector<char>& region) const {
-  const Lattice& lattice = energy_.lattice();
-  std::vector<char> vertices(lattice.num_vertices, 0);
-  const auto for_each_vertex = [&](std::size_t c, const auto& use) {
-    for (int k = 0; k < 3; ++k) {
-      if (lattice.columns[c].weight[k] > 0.0) use(lattice.columns[c].vertex[k]);
-    }
-  };
-  for (std::size_t c = 0; c < region.size(); ++c) {
-    if (!region[c]) continue;
-    for_each_vertex(c, [&](int v) {
-      vertices[v] = 1;
-      for (const int u : lattice.neighbors[v]) vertices[u] = 1;
-    });
-  }
-  std::vector<char> wider = region;
-  for (std::size_t c = 0; c < region.size(); ++c) {
-    for_each_vertex(c, [&](int v) { wider[c] = wider[c] || vertices[v]; });
-  }
-  return wider;
 }
 
 void RestingTissue::choose(std::vector<char> moving, EquilibriumSolver& solver) {
@@ -147,7 +125,6 @@ void RestingTissue::follow(const std::vector<double>& controls,
     region[c] = drift_mm_[c] > kJoinShare * tolerance_mm_;
   }
   if (!at_rest && enough) return;
-  region = with_margin(region);
   const std::vector<char> zones = wanted();
   for (std::size_t c = 0; c < region.size(); ++c) {
     region[c] = region[c] || zones[c] || (!at_rest && moving_[c]);

@@ -4,7 +4,6 @@
 // Every control has a zone, the columns that it can move further than a share of the tolerance.
 // When a motion begins on a face that stood still, only the zones of the muscles that move wake;
 // others join with their muscles, and what none of the muscles has moved for a while rests again.
-// Regions are unions of zones, so that the same ones come back, and their factors with them.
 //
 // Two measures say when a column that rests has to wake: what the controls have changed since, by
 // the reach of each, and the change of the force from its neighbours that move, against its
@@ -43,7 +42,6 @@ class RestingTissue {
 
  private:
   std::vector<char> wanted() const;
-  std::vector<char> with_margin(const std::vector<char>& region) const;
   void choose(std::vector<char> moving, EquilibriumSolver& solver);
   void measure_drift(const EquilibriumSolver& solver);
 

@@ -44,6 +44,7 @@ TissueModel without_inertia(const TissueModel& tissue) {
 constexpr double kCreepS = 0.5;        // a face that creeps goes on at that speed for about so long
 constexpr double kSteadyShare = 0.01;  // of the tolerance: controls that move the face less stand
 constexpr double kUnseenShare = 0.5;   // of the tolerance: a frame that moves no more is left out
+constexpr double kNearShare = 0.1;     // of the tolerance: a frame this near to its end is done
 
 // Contractions, and the jaw last.
 std::vector<double> all_of(const Controls& controls) {
@@ -75,6 +76,8 @@ struct Choice {
     add(to.contraction.size(), to.jaw_rad - from.jaw_rad);
     return *std::max_element(moved.begin(), moved.end());
   }
+
+  bool leaves_out() const { return !chooser.all_act() || resting.moving_share() < 1.0; }
 
   double tolerance_mm;
   ControlReach reach;
@@ -129,9 +132,9 @@ struct Simulator::Impl {
     assert(controls.contraction.size() == anatomy->muscles.size());
     for (std::size_t m = 0; m < controls.contraction.size(); ++m) {
       const double c = controls.contraction[m];
-      require(c >= 0.0 && c <= 1.0,
-              "contraction of " + anatomy->muscles[m].name + ": " + std::to_string(c) +
-                  ", expected a value in [0, 1]");
+      if (c >= 0.0 && c <= 1.0) continue;
+      throw InputError("contraction of " + anatomy->muscles[m].name + ": " + std::to_string(c) +
+                       ", expected a value in [0, 1]");
     }
     require(controls.jaw_rad >= 0.0 && controls.jaw_rad <= kWidestJawRad,
             "jaw opening: " + std::to_string(controls.jaw_rad) + " rad, expected [0, " +
@@ -199,8 +202,8 @@ struct Simulator::Impl {
                 SettleReport& report) {
     const EquilibriumReport solved =
         solver.solve(x,
-                     {share_of_load, smallest_load, options.max_iterations, way_left_mm},
-                     ahead.empty() ? nullptr : &ahead);
+                     {share_of_load, smallest_load, options.max_iterations, way_left_mm, near_mm},
+                     {coasted.empty() ? nullptr : &coasted, ahead.empty() ? nullptr : &ahead});
     report.iterations += solved.iterations;
     report.factorisations += solved.factorisations;
     report.residual = solved.residual_mn / solved.load_mn;
@@ -299,14 +302,19 @@ struct Simulator::Impl {
     solver.forget();
   }
 
-  // Starts a step where the velocities lead, if that is not higher in energy than where it stands.
-  void coast(FaceState& state, double step_s) {
-    if (state.velocities_mm_per_s.empty()) return;
-    std::vector<Vec3> x = state.positions_mm;
-    for (int k = 0; k < energy.lattice().num_free_nodes; ++k) {
-      x[k] += step_s * state.velocities_mm_per_s[k];
+  // An implicit step. Starts where the velocities lead, if that is lower in energy than where the
+  // tissue stands.
+  void step_to_minimum(double step_s, FaceState& state, SettleReport& report) {
+    coasted.clear();
+    if (!state.velocities_mm_per_s.empty()) {
+      coasted = state.positions_mm;
+      for (int k = 0; k < energy.lattice().num_free_nodes; ++k) {
+        coasted[k] += step_s * state.velocities_mm_per_s[k];
+      }
     }
-    start_if_lower(x, state.positions_mm);
+    ahead.clear();
+    minimise(options.relative_residual, kWayLeftMm, state.positions_mm, report);
+    coasted.clear();
   }
 
   SettleReport advance_explicitly(const Controls& controls, double step_s, FaceState& state) {
@@ -382,15 +390,16 @@ struct Simulator::Impl {
     const bool looks_back = choice->chooser.looks_back();
     const std::vector<Vec3> before = state.positions_mm;
     if (last_step_s == 0.0) enter_step(step_s);
+    // With everything there, the frame is that of everything to the bit.
+    near_mm = choice->leaves_out() ? kNearShare * choice->tolerance_mm : 0.0;
     if (looks_back) {
       energy.begin_step(state, step_s);
       carry(from, controls, state.positions_mm);
-      coast(state, step_s);
-      ahead.clear();
-      minimise(options.relative_residual, kWayLeftMm, state.positions_mm, report);
+      step_to_minimum(step_s, state, report);
     } else {
       report = settle_moving(from, controls, false, state.positions_mm);
     }
+    near_mm = 0.0;
     const bool complete = choice->chooser.accept(state.positions_mm, step_s, solver);
     if (looks_back) {
       std::vector<double> left_mm;
@@ -449,10 +458,12 @@ struct Simulator::Impl {
   Controls known_controls;
   std::vector<Vec3> previous;  // and the one before; empty = none
   Controls previous_controls;
-  std::vector<Vec3> ahead;  // where the tissue is expected some frames from now; empty = unknown
+  std::vector<Vec3> ahead;    // where the tissue is expected some frames from now; empty = unknown
+  std::vector<Vec3> coasted;  // where the velocities lead; empty = no start to be tried
   Eigen::VectorXd scratch;
   double last_step_s = 0.0;  // that the solver has seen; 0 = settled without time
   double smallest_load = 0.0;
+  double near_mm = 0.0;  // a frame this near to its end is done; 0: only forces tell
 };
 
 Simulator::Simulator(std::shared_ptr<const Anatomy> anatomy,
@@ -525,9 +536,7 @@ SettleReport Simulator::advance(const Controls& controls, double step_s, FaceSta
   SettleReport report;
   impl.energy.begin_step(state, step_s);
   impl.carry(impl.controls_of(state, controls), controls, state.positions_mm);
-  impl.coast(state, step_s);
-  impl.ahead.clear();
-  impl.minimise(impl.options.relative_residual, kWayLeftMm, state.positions_mm, report);
+  impl.step_to_minimum(step_s, state, report);
   impl.energy.end_step(state);
   state.time_s += step_s;
   impl.finish(controls, state, report);

@@ -36,7 +36,8 @@ struct SettleOptions {
   // not solved for. 0 = all are, always.
   double still_mm = 0.0;
   // As time passes, effects, tissue and frames that change less than this are left out, as far as
-  // can be told: the difference to everything is meant to stay below. 0 = nothing is left out.
+  // can be told, and so are the steps of a solve that is this near to its end, by a tenth: the
+  // difference to everything is meant to stay below. 0 = nothing is left out.
   double choose_mm = 0.0;
   static constexpr double kUsualChooseMm = 0.1;
   static constexpr double kMostChooseMm = 10.0;

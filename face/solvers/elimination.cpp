@@ -162,13 +162,11 @@ class Merger {
   std::vector<int> roots_;
 };
 
-}  // namespace
-
-std::vector<FrontColumns> plan_elimination(const Graph& neighbors,
-                                           const std::vector<int>& weights) {
-  std::vector<FrontColumns> fronts =
-      Merger(eliminate_sparsely(neighbors, weights), weights).in_postorder();
-  std::vector<int> place(neighbors.size());
+// Fronts for the columns eliminated one by one.
+std::vector<FrontColumns> merged(std::vector<FrontColumns> columns,
+                                 const std::vector<int>& weights) {
+  std::vector<int> place(columns.size());
+  std::vector<FrontColumns> fronts = Merger(std::move(columns), weights).in_postorder();
   int next = 0;
   for (const FrontColumns& front : fronts) {
     for (const int c : front.own) place[c] = next++;
@@ -178,6 +176,20 @@ std::vector<FrontColumns> plan_elimination(const Graph& neighbors,
         front.rest.begin(), front.rest.end(), [&](int a, int b) { return place[a] < place[b]; });
   }
   return fronts;
+}
+
+}  // namespace
+
+std::vector<FrontColumns> plan_elimination(const Graph& neighbors,
+                                           const std::vector<int>& weights) {
+  return merged(eliminate_sparsely(neighbors, weights), weights);
+}
+
+std::vector<FrontColumns> plan_elimination_in_order(const Graph& neighbors,
+                                                    const std::vector<int>& weights) {
+  std::vector<int> order(neighbors.size());
+  std::iota(order.begin(), order.end(), 0);
+  return merged(eliminate(neighbors, order), weights);
 }
 
 }  // namespace zygoma

@@ -24,4 +24,8 @@ struct FrontColumns {
 std::vector<FrontColumns> plan_elimination(const std::vector<std::vector<int>>& neighbors,
                                            const std::vector<int>& weights);
 
+// The same with the columns in the order they have, which only merging may change.
+std::vector<FrontColumns> plan_elimination_in_order(const std::vector<std::vector<int>>& neighbors,
+                                                    const std::vector<int>& weights);
+
 }  // namespace zygoma

@@ -20,8 +20,9 @@ constexpr int kFactorSteps = 20;           // what a factor costs, in steps
 constexpr int kMostSteps = 20;             // on one factor within a solve
 constexpr double kFirstRatio = 0.5;        // of one step to the next, unknown yet
 constexpr double kSlowestRatio = 0.95;     // steps that do not shrink count as this
-constexpr std::size_t kKnownFactors = 4;   // of regions, before all are forgotten
-constexpr int kFreshSteps = 2;             // a new factor gets at least these before it is judged
+constexpr double kNearShare = 1e-2;        // of the load: with more left, short steps prove nothing
+constexpr int kNearSteps = 10;  // nor do they after many: tissue that snaps stalls before
+constexpr int kFreshSteps = 2;  // a new factor gets at least these before it is judged
 
 double largest_force(const Eigen::Ref<const VectorXd>& gradient) {
   double largest2 = 0.0;
@@ -34,7 +35,10 @@ double largest_force(const Eigen::Ref<const VectorXd>& gradient) {
 }  // namespace
 
 EquilibriumSolver::EquilibriumSolver(const FaceEnergy& energy)
-    : energy_(energy), hessian_(energy.make_hessian()), factor_(hessian_.free()) {}
+    : energy_(energy),
+      hessian_(energy.make_hessian()),
+      factor_(hessian_.free()),
+      order_(factor_.columns()) {}
 
 void EquilibriumSolver::restrict_to(const std::vector<char>& moving_columns) {
   const Lattice& lattice = energy_.lattice();
@@ -48,18 +52,13 @@ void EquilibriumSolver::restrict_to(const std::vector<char>& moving_columns) {
     if (column.on_bone) moving_nodes_[column.bone()] = 0;
   }
   frozen_force_.assign(frozen_.size(), Vec3::Zero());
-  exchange_factor(moving_columns);
-  forget();
-}
-
-void EquilibriumSolver::exchange_factor(const std::vector<char>& moving_columns) {
-  if (moving_columns_.empty()) moving_columns_.assign(moving_columns.size(), 1);
-  if (known_factors_.size() >= kKnownFactors) known_factors_.clear();
-  known_factors_.insert_or_assign(moving_columns_, std::move(factor_));
-  auto known = known_factors_.extract(moving_columns);
-  factor_ = known ? std::move(known.mapped()) : Factor(hessian_.free(), moving_columns);
-  moving_columns_ = moving_columns;
+  std::vector<int> moving;
+  for (const int c : order_) {
+    if (moving_columns[c]) moving.push_back(c);
+  }
+  factor_ = Factor(hessian_.free(), moving);
   has_numbers_ = false;
+  forget();
 }
 
 void EquilibriumSolver::forget() {
@@ -145,7 +144,31 @@ void EquilibriumSolver::remember(double taken, const VectorXd& trial_gradient) {
 void EquilibriumSolver::look_ahead(double step_mm) {
   const double ratio = step_mm_ > 0.0 ? std::min(step_mm / step_mm_, kSlowestRatio) : kFirstRatio;
   way_left_mm_ = step_mm * ratio / (1.0 - ratio);
+  last_ratio_ = step_mm_ > 0.0 ? ratio : 0.0;
   step_mm_ = step_mm;
+}
+
+// Whether this direction and the steps after it take no node further than that. The slowest sign
+// counts: the last two ratios of steps, and the share of its slope that the last step has left. A
+// shifted factor does not: it hides the soft motions, which are the ones that come last.
+bool EquilibriumSolver::is_near(double near_mm, const EquilibriumReport& report) const {
+  if (shift_ > 0.0 || report.iterations > kNearSteps ||
+      report.residual_mn > kNearShare * report.load_mn) {
+    return false;
+  }
+  const double longest = largest_force(direction_);  // the same norm, of a motion
+  const double ratio = step_mm_ > 0.0
+                           ? std::max({longest / step_mm_, last_ratio_, std::abs(slope_left_)})
+                           : kFirstRatio;
+  return longest / (1.0 - std::min(ratio, kSlowestRatio)) <= near_mm;
+}
+
+void EquilibriumSolver::move(const std::vector<Vec3>& from,
+                             std::vector<Vec3>& to,
+                             double share) const {
+  for (int k = 0; k < energy_.lattice().num_free_nodes; ++k) {
+    to[k] = from[k] + share * direction_.segment<3>(3 * k);
+  }
 }
 
 // Goes along the direction as far as the energy falls; false if it does not.
@@ -157,14 +180,13 @@ bool EquilibriumSolver::search(std::vector<Vec3>& x, double& taken) {
   const double norm = gradient_.norm();
   taken = std::min(1.0, kLongestMoveMm / longest);
   for (int trial = 0; trial < kTrialSteps; ++trial, taken *= 0.5) {
-    for (int k = 0; k < energy_.lattice().num_free_nodes; ++k) {
-      x[k] = start_[k] + taken * direction_.segment<3>(3 * k);
-    }
+    move(start_, x, taken);
     const double value = evaluate(x, trial_gradient_);
     const bool falls = value <= value_ + kArmijo * taken * slope;
     const bool at_rounding = std::abs(taken * slope) < 1e-11 * (1.0 + std::abs(value_)) &&
                              trial_gradient_.norm() <= norm;
     if (!falls && !at_rounding) continue;
+    slope_left_ = trial_gradient_.dot(direction_) / slope;
     remember(taken, trial_gradient_);
     look_ahead(taken * longest);
     value_ = value;
@@ -175,13 +197,31 @@ bool EquilibriumSolver::search(std::vector<Vec3>& x, double& taken) {
   return false;
 }
 
+// From x or, if that is lower in energy, from the start that is offered.
+void EquilibriumSolver::begin(std::vector<Vec3>& x, const std::vector<Vec3>* start) {
+  history_.clear();
+  step_mm_ = last_ratio_ = slope_left_ = way_left_mm_ = 0.0;
+  value_ = evaluate(x, gradient_);
+  if (!start) return;
+  const double load_mn = load_mn_;
+  std::vector<Vec3> frozen_force = frozen_force_;
+  const double value = evaluate(*start, trial_gradient_);
+  if (value < value_) {
+    x = *start;
+    value_ = value;
+    gradient_.swap(trial_gradient_);
+  } else {
+    load_mn_ = load_mn;
+    frozen_force_.swap(frozen_force);
+  }
+}
+
 EquilibriumReport EquilibriumSolver::solve(std::vector<Vec3>& x,
                                            const EquilibriumStop& stop,
-                                           const std::vector<Vec3>* ahead) {
+                                           const EquilibriumHints& hints) {
   EquilibriumReport report;
-  history_.clear();
-  step_mm_ = way_left_mm_ = 0.0;
-  value_ = evaluate(x, gradient_);
+  begin(x, hints.start);
+  const std::vector<Vec3>* ahead = hints.ahead;
   bool wants_factor = !have_factor_;
   int steps_on_factor = 0;
   int slow_steps = 0;
@@ -202,6 +242,11 @@ EquilibriumReport EquilibriumSolver::solve(std::vector<Vec3>& x,
     }
     const double before = gradient_.norm();
     find_direction();
+    if (stop.near_mm > 0.0 && is_near(stop.near_mm, report)) {
+      move(x, x, 1.0);
+      report.converged = true;
+      break;
+    }
     if (!search(x, taken)) {
       if (report.factorisations > (ahead ? 1 : 0) && steps_on_factor == 0) {
         break;  // Newton's own direction fails

@@ -11,12 +11,12 @@
 // for only when the steps shorten the gradient too little. Where the exact Hessian is not positive
 // definite it is shifted until it is; it is never projected term by term (slower by 3-6 times on
 // lattices of this kind). A step is accepted on decrease of energy, or of the gradient once energy
-// differences drown in rounding: however few steps are allowed, the energy never rises.
+// differences drown in rounding: however few steps are allowed, the energy never rises. (The one
+// step that is not looked back from is the last of a solve that is told how near is near enough.)
 #pragma once
 
 #include <Eigen/Core>
 #include <deque>
-#include <map>
 #include <vector>
 
 #include "face/energy.h"
@@ -40,6 +40,15 @@ struct EquilibriumStop {
   // And no node seems to have further to go, from the way the steps got shorter: where tissue is
   // soft, next to no force is left long before it stands still.
   double way_left_mm = 0.02;
+  // Or, sooner: the next step and all after it seem to take no node further than this. That step is
+  // still taken, but not looked back from: the residual reported is that before it. 0 = never.
+  double near_mm = 0.0;
+};
+
+// What is known of the way, each null if it is not.
+struct EquilibriumHints {
+  const std::vector<Vec3>* start = nullptr;  // begun from, if lower in energy than x
+  const std::vector<Vec3>* ahead = nullptr;  // where x is expected half a factor's life from now
 };
 
 class EquilibriumSolver {
@@ -60,11 +69,10 @@ class EquilibriumSolver {
 
   // Moves the free nodes of x until no node feels more than a share of the load, which counts as
   // least_load_mn at least, and none moves any more. On failure x is the best point reached, never
-  // higher in energy than where it started. A factor that is due is made at `ahead`, if given:
-  // where x is expected half a factor's life from now.
+  // higher in energy than where it started. A factor that is due is made at hints.ahead.
   EquilibriumReport solve(std::vector<Vec3>& x,
                           const EquilibriumStop& stop,
-                          const std::vector<Vec3>* ahead = nullptr);
+                          const EquilibriumHints& hints = {});
 
   // Assembles the exact Hessian at x and factors it, shifted if it is not positive definite;
   // returns the shift. The attempts begin with first_shift.
@@ -86,11 +94,13 @@ class EquilibriumSolver {
   };
 
   double evaluate(const std::vector<Vec3>& x, Eigen::VectorXd& gradient);
-  void exchange_factor(const std::vector<char>& moving_columns);
+  void begin(std::vector<Vec3>& x, const std::vector<Vec3>* start);
   void refactor(const std::vector<Vec3>& x, double first_shift, EquilibriumReport& report);
   void find_direction();
+  void move(const std::vector<Vec3>& from, std::vector<Vec3>& to, double share) const;
   bool search(std::vector<Vec3>& x, double& taken);
   void look_ahead(double step_mm);
+  bool is_near(double near_mm, const EquilibriumReport& report) const;
   void remember(double taken, const Eigen::VectorXd& trial_gradient);
 
   const FaceEnergy& energy_;
@@ -99,8 +109,7 @@ class EquilibriumSolver {
   std::vector<int> frozen_;  // free nodes that do not move
   std::vector<char> moving_nodes_;
   std::vector<Vec3> frozen_force_;
-  std::map<std::vector<char>, Factor> known_factors_;  // of regions left: their order is dear
-  std::vector<char> moving_columns_;                   // empty = all
+  std::vector<int> order_;  // of all columns: dear to find
   bool has_numbers_ = false;
   bool have_factor_ = false;
   double shift_ = 0.0;  // that it was factored with
@@ -115,6 +124,8 @@ class EquilibriumSolver {
   Eigen::VectorXd direction_;
   std::vector<Vec3> start_;
   double step_mm_ = 0.0;      // of the node that the last step moved most
+  double last_ratio_ = 0.0;   // of that step to the one before
+  double slope_left_ = 0.0;   // along it, of the slope before it
   double way_left_mm_ = 0.0;  // as far as can be told
 };
 

@@ -23,20 +23,27 @@ void append(std::vector<Run>& runs, const Run& run) {
 
 }  // namespace
 
-Factor::Factor(const ColumnMatrix& pattern,
-               const std::vector<char>& active,
-               const DenseKernels& kernels)
+Factor::Factor(const ColumnMatrix& pattern, const DenseKernels& kernels)
     : kernels_(&kernels), num_unknowns_(pattern.num_unknowns()) {
-  assert(active.empty() || static_cast<int>(active.size()) == pattern.num_columns());
-  std::vector<int> columns;  // that take part
+  std::vector<int> columns;  // that have unknowns
   for (int c = 0; c < pattern.num_columns(); ++c) {
-    if (pattern.rows(c) > 0 && (active.empty() || active[c])) columns.push_back(c);
+    if (pattern.rows(c) > 0) columns.push_back(c);
   }
-  make_fronts(pattern, columns);
+  make_fronts(pattern, columns, Order::kWanted);
   place_storage();
 }
 
-void Factor::make_fronts(const ColumnMatrix& pattern, const std::vector<int>& columns) {
+Factor::Factor(const ColumnMatrix& pattern,
+               const std::vector<int>& columns,
+               const DenseKernels& kernels)
+    : kernels_(&kernels), num_unknowns_(pattern.num_unknowns()) {
+  make_fronts(pattern, columns, Order::kGiven);
+  place_storage();
+}
+
+void Factor::make_fronts(const ColumnMatrix& pattern,
+                         const std::vector<int>& columns,
+                         Order order) {
   std::vector<int> part(pattern.num_columns(), -1);  // number of a column among those
   std::vector<int> weights;
   for (const int c : columns) {
@@ -49,7 +56,9 @@ void Factor::make_fronts(const ColumnMatrix& pattern, const std::vector<int>& co
     neighbors[part[first]].push_back(part[second]);
     neighbors[part[second]].push_back(part[first]);
   }
-  const std::vector<FrontColumns> plan = plan_elimination(neighbors, weights);
+  const std::vector<FrontColumns> plan = order == Order::kGiven
+                                             ? plan_elimination_in_order(neighbors, weights)
+                                             : plan_elimination(neighbors, weights);
   std::vector<int> begin(columns.size());  // of each column in the elimination order
   std::vector<int> front_of(columns.size());
   fronts_.resize(plan.size());
@@ -61,6 +70,7 @@ void Factor::make_fronts(const ColumnMatrix& pattern, const std::vector<int>& co
       begin[v] = next;
       front_of[v] = static_cast<int>(f);
       next += weights[v];
+      columns_.push_back(columns[v]);
       const std::vector<int>& nodes = pattern.nodes[columns[v]];
       node_.insert(node_.end(), nodes.begin(), nodes.end());
     }

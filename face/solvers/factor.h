@@ -35,23 +35,28 @@ using AlignedVector = std::vector<T, CacheLineAllocator<T>>;
 
 class Factor {
  public:
-  // Symbolic part. Columns that are not active are left out as if their nodes could not move; an
-  // empty `active` means all take part.
-  explicit Factor(const ColumnMatrix& pattern,
-                  const std::vector<char>& active = {},
-                  const DenseKernels& kernels = dense_kernels());
+  // Symbolic part, which finds an order for all columns.
+  explicit Factor(const ColumnMatrix& pattern, const DenseKernels& kernels = dense_kernels());
+  // Of these columns only, in this order; the others are left out as if their nodes could not move.
+  // What is left of a good order is good enough for a part, and costs no search.
+  Factor(const ColumnMatrix& pattern,
+         const std::vector<int>& columns,
+         const DenseKernels& kernels = dense_kernels());
 
   // Factors h + shift I. False if that is not positive definite; solve() is then undefined.
   bool compute(const ColumnMatrix& h, double shift);
 
   // Replaces every right-hand side (a column of x) by the solution. Rows: 3 node + axis; those of
-  // columns that are not active become zero.
+  // columns that take no part become zero.
   void solve(Eigen::Ref<Eigen::MatrixXd> x) const;
 
   // The same in single precision, at half the time: reading the factor is what takes it. Relative
   // error 1e-6 for forces spread over the face, 1e-5 for those that change from node to node; meant
   // for preconditioning.
   void solve_roughly(Eigen::Ref<Eigen::VectorXd> x) const;
+
+  // Those that take part, in the order of elimination.
+  const std::vector<int>& columns() const { return columns_; }
 
   // Numbers in the factor: what one solve has to read.
   std::size_t size() const { return panels_.size(); }
@@ -80,7 +85,9 @@ class Factor {
     std::size_t stack_begin = 0;
   };
 
-  void make_fronts(const ColumnMatrix& pattern, const std::vector<int>& columns);
+  enum class Order { kGiven, kWanted };
+
+  void make_fronts(const ColumnMatrix& pattern, const std::vector<int>& columns, Order order);
   void place_storage();
   double* assemble(const ColumnMatrix& h, double shift, const Front& front);
   template <class T>
@@ -90,6 +97,7 @@ class Factor {
   const DenseKernels* kernels_;
   int num_unknowns_ = 0;
   int largest_height_ = 0;
+  std::vector<int> columns_;
   std::vector<int> node_;      // by place in the elimination order
   std::vector<Front> fronts_;  // children before parents
   AlignedVector<double> panels_;

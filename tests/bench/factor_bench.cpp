@@ -49,7 +49,7 @@ class Solver {
 
 class Ours : public Solver {
  public:
-  Ours(const ColumnMatrix& h, const DenseKernels& kernels) : h_(h), factor_(h, {}, kernels) {}
+  Ours(const ColumnMatrix& h, const DenseKernels& kernels) : h_(h), factor_(h, kernels) {}
   void factor() override {
     if (!factor_.compute(h_, 0.0)) throw std::runtime_error("not positive definite");
   }
