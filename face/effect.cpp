@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "src/base/check.h"
+#include "src/base/names.h"
 
 namespace zygoma {
 
@@ -22,28 +22,19 @@ const std::vector<Effect>& all_effects() {
 namespace {
 
 const Effect& find_effect(const std::string& name) {
-  std::string known;
-  for (const Effect& effect : all_effects()) {
-    if (effect.name == name) return effect;
-    known += (known.empty() ? "" : ", ") + effect.name;
-  }
-  throw InputError("effect \"" + name + "\" is unknown, expected one of " + known);
+  return all_effects()[require_name("effect", all_effects(), name)];
 }
 
 EffectValues values_of(const Effect& effect, const EffectChoice& choice) {
   std::map<std::string, double> values;
-  std::string known;
   for (const EffectParameter& p : effect.parameters) {
-    known += (known.empty() ? "" : ", ") + p.name;
     const auto given = choice.values.find(p.name);
     const double value = given == choice.values.end() ? p.usual : given->second;
     require_range("effect " + effect.name + ": " + p.name, value, p.lowest, p.highest);
     values[p.name] = value;
   }
   for (const auto& [name, value] : choice.values) {
-    require(values.contains(name),
-            "effect " + effect.name + ": no parameter \"" + name + "\", expected " +
-                (known.empty() ? "none" : known));
+    require_name("effect " + effect.name + ": parameter", effect.parameters, name);
   }
   return EffectValues(std::move(values));
 }

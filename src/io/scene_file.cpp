@@ -10,7 +10,7 @@
 
 #include "face/facs.h"
 #include "face/muscle_table.h"
-#include "src/base/check.h"
+#include "src/base/names.h"
 #include "src/io/json_input.h"
 #include "src/io/text.h"
 
@@ -23,12 +23,6 @@ constexpr const char* kScene = R"(a scene file (JSON) like {"motion": {"keys": [
 constexpr const char* kAuto = "auto";
 constexpr const char* kKeyframes =
     R"(keyframes (JSON) like {"keys": [{"time_s": 0}, {"time_s": 1, "pose": "6+12"}]})";
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
 
 double number_from(const std::string& where, const json& value) {
   if (!value.is_number() || !std::isfinite(value.get<double>())) complain(where, value, "a number");
@@ -86,19 +80,14 @@ class Section {
   }
 
   int place(const std::string& key, const json& value, const std::vector<std::string>& words) {
-    const auto at = value.is_string()
-                        ? std::find(words.begin(), words.end(), value.get<std::string>())
-                        : words.end();
-    if (at == words.end()) complain(path(key), value, "one of " + joined(words));
-    return static_cast<int>(at - words.begin());
+    const int place = value.is_string() ? find_name(words, value.get<std::string>()) : -1;
+    if (place < 0) complain(path(key), value, "one of " + joined_names(words));
+    return place;
   }
 
   // Whatever has not been asked for is unknown.
   void done() const {
-    for (const auto& [key, value] : value_.items()) {
-      require(std::find(known_.begin(), known_.end(), key) != known_.end(),
-              where_ + ": " + quote_value(key) + " is unknown, expected one of " + joined(known_));
-    }
+    for (const auto& [key, value] : value_.items()) require_name(where_ + ":", known_, key);
   }
 
  private:
@@ -202,20 +191,6 @@ void read_muscles(Section section, MuscleOptions& muscles) {
   section.done();
 }
 
-// The entry of that name in a list of things that have one.
-template <typename Named>
-const Named& known(const std::string& where,
-                   const std::string& name,
-                   const std::vector<Named>& all) {
-  std::vector<std::string> names;
-  for (const Named& one : all) {
-    if (one.name == name) return one;
-    names.push_back(one.name);
-  }
-  throw InputError(where + ": " + quote_value(name) + " is unknown, expected " +
-                   (names.empty() ? "nothing" : "one of " + joined(names)));
-}
-
 // "auto", or effects by name. "auto" among the names: these, where they are called for.
 void read_effects(const std::string& where,
                   const json& value,
@@ -239,12 +214,12 @@ void read_effects(const std::string& where,
                   ", expected above 0, at most " + shortest_text(SettleOptions::kMostChooseMm));
       continue;
     }
-    const Effect& effect = known(where, name, all_effects());
+    const Effect& effect = all_effects()[require_name(where + ":", all_effects(), name)];
     const std::string place = where + "." + name;
     if (!parameters.is_object()) complain(place, parameters, "an object of its parameters");
     EffectChoice choice{name, {}};
     for (const auto& [parameter, number] : parameters.items()) {
-      known(place, parameter, effect.parameters);
+      require_name(place + ":", effect.parameters, parameter);
       choice.values[parameter] = number_from(place + "." + parameter, number);
     }
     effects.push_back(std::move(choice));
@@ -260,31 +235,15 @@ void read_solver(Section section, SettleOptions& settle) {
   section.done();
 }
 
-std::vector<std::string> pairs_among(const std::vector<std::string>& muscles) {
-  std::vector<std::string> pairs;
-  for (const std::string& name : muscles) {
-    if (name.ends_with("_L")) pairs.push_back(name.substr(0, name.size() - 2));
-  }
-  return pairs;
-}
-
 // A muscle, or a pair of them by the name without a side.
 void read_contractions(const std::string& where,
                        const json& value,
                        std::map<std::string, double>& contraction) {
   if (!value.is_object()) complain(where, value, R"(an object like {"zygomaticus_major": 0.5})");
-  const std::vector<std::string> known = standard_muscle_names();
-  const auto is_known = [&](const std::string& name) {
-    return std::find(known.begin(), known.end(), name) != known.end();
-  };
   for (const auto& [name, number] : value.items()) {
-    std::vector<std::string> names{name};
-    if (is_known(name + "_L")) names = {name + "_L", name + "_R"};
-    require(is_known(names.front()),
-            where + ": muscle " + quote_value(name) + " is unknown, expected one of " +
-                joined(pairs_among(known)) + ", for one side with _L or _R");
+    const std::vector<std::string> muscles = muscles_meant(where + ": ", name);
     const double c = number_from(where + "." + name, number);
-    for (const std::string& muscle : names) {
+    for (const std::string& muscle : muscles) {
       require(contraction.emplace(muscle, c).second,
               where + ": muscle " + muscle + " is there twice, alone and in a pair");
     }

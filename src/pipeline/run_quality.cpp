@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "src/base/check.h"
+#include "src/base/names.h"
 
 namespace zygoma {
 
@@ -53,12 +53,7 @@ const std::vector<RunQuality>& run_qualities() {
 }
 
 const RunQuality& run_quality(const std::string& name) {
-  std::string known;
-  for (const RunQuality& quality : run_qualities()) {
-    if (quality.name == name) return quality;
-    known += (known.empty() ? "" : ", ") + quality.name;
-  }
-  throw InputError("quality \"" + name + "\" is unknown, expected one of " + known);
+  return run_qualities()[require_name("quality", run_qualities(), name)];
 }
 
 }  // namespace zygoma

@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "face/prism.h"
-#include "src/base/check.h"
+#include "src/base/names.h"
 
 namespace zygoma {
 namespace {
@@ -104,12 +104,7 @@ std::vector<CoursePoint> course_of(const Muscle& muscle, const SurfaceMesh& surf
 }  // namespace
 
 Overlay parse_overlay(const std::string& text) {
-  for (std::size_t i = 0; i < kNames.size(); ++i) {
-    if (text == kNames[i]) return static_cast<Overlay>(i);
-  }
-  std::string choices;
-  for (const std::string& name : kNames) choices += (choices.empty() ? "" : ", ") + name;
-  throw InputError("overlay is '" + text + "', expected one of: " + choices);
+  return static_cast<Overlay>(require_name("overlay", kNames, text));
 }
 
 const std::vector<std::string>& overlay_names() { return kNames; }
