@@ -60,9 +60,8 @@ class ExpressCommand : public Command {
     const auto anatomy =
         std::make_shared<const Anatomy>(make_generic_head(scene.identity, scene.head));
     scene.motion = motion_to(pose, anatomy->jaw, is_video);
-    std::vector<std::string> muscles;
-    for (const Muscle& muscle : anatomy->muscles) muscles.push_back(muscle.name);
-    const ContractionTrack track = sample_motion(scene.motion, muscles_used(scene.motion, muscles));
+    const ContractionTrack track =
+        sample_motion(scene.motion, muscles_used(scene.motion, anatomy->muscle_names()));
 
     FaceFilm film(anatomy,
                   scene.tissue.lattice,

@@ -77,7 +77,7 @@ class SimulateCommand : public Command {
     }
     const auto anatomy =
         std::make_shared<const Anatomy>(make_generic_head(scene.identity, scene.head));
-    const ContractionTrack track = sample_motion(scene.motion, muscles_of(*anatomy));
+    const ContractionTrack track = sample_motion(scene.motion, anatomy->muscle_names());
     const OutputFolder folder(folder_);
 
     const Simulation simulation = simulate(scene, anatomy, track, context);
@@ -99,12 +99,6 @@ class SimulateCommand : public Command {
   }
 
  private:
-  static std::vector<std::string> muscles_of(const Anatomy& anatomy) {
-    std::vector<std::string> muscles;
-    for (const Muscle& muscle : anatomy.muscles) muscles.push_back(muscle.name);
-    return muscles;
-  }
-
   Simulation simulate(const Scene& scene,
                       const std::shared_ptr<const Anatomy>& anatomy,
                       const ContractionTrack& track,
