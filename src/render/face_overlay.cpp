@@ -3,10 +3,8 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "face/prism.h"
 #include "src/base/names.h"
 
 namespace zygoma {
@@ -32,13 +30,6 @@ cv::Scalar bgr_of(const Eigen::Vector4f& linear) {
   cv::Scalar bgr;
   for (int k = 0; k < 3; ++k) bgr[k] = 255.0 * std::pow(static_cast<double>(linear[2 - k]), 0.4545);
   return bgr;
-}
-
-double signed_volume(const Prism& prism, const std::vector<Vec3>& positions_mm) {
-  PrismCorners corner;
-  PrismCorners gradient;
-  for (std::size_t k = 0; k < 6; ++k) corner[k] = positions_mm[prism.node[k]];
-  return prism_volume(corner, gradient);
 }
 
 // 2 x 2 coordinates of a triangle's edges in its own plane.
