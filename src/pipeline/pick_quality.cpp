@@ -1,7 +1,9 @@
 #include "src/pipeline/pick_quality.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "src/base/check.h"
 #include "src/pipeline/animate_face.h"
 #include "src/pipeline/stage_figures.h"
 
@@ -42,6 +44,11 @@ double frame_ms(const FaceQuality& quality,
   return counted > 0 ? sum_ms / counted : 0.0;
 }
 
+// By how many percent a time exceeds its budget.
+double percent_over(double ms, double budget_ms) {
+  return std::max(0.0, std::round(100.0 * (ms / budget_ms - 1.0)));
+}
+
 }  // namespace
 
 QualityPick pick_for_budget(double budget_ms,
@@ -52,18 +59,30 @@ QualityPick pick_for_budget(double budget_ms,
   for (const FaceQuality& quality : face_qualities()) {
     const double ms = frame_ms(quality, track, identity, tissue);
     const bool quickest = &quality == &face_qualities().front();
-    if (ms > budget_ms && !quickest) break;
-    pick = {quality, ms, ms <= budget_ms};
-    if (!pick.fits) break;
+    if (ms <= budget_ms || quickest) pick = {quality, ms};
+    if (ms > budget_ms) break;
   }
   return pick;
 }
 
 QualityPick pick_for_tolerance(double tolerance_mm) {
   for (const FaceQuality& quality : face_qualities()) {
-    if (quality.expected_rms_mm <= tolerance_mm) return {quality, 0.0, true};
+    if (quality.expected_rms_mm <= tolerance_mm) return {quality, 0.0};
   }
-  return {face_qualities().back(), 0.0, false};
+  return {face_qualities().back(), 0.0};
+}
+
+std::string budget_forecast(double expected_ms, double budget_ms) {
+  const double over = percent_over(expected_ms, budget_ms);
+  if (over == 0.0) return {};
+  return "the budget of " + shortest_text(budget_ms) + " ms probably cannot be met, " +
+         shortest_text(over) + " % over";
+}
+
+std::string budget_verdict(double took_ms, double budget_ms) {
+  const double over = percent_over(took_ms, budget_ms);
+  return "the budget is " + shortest_text(budget_ms) +
+         " ms: " + (over == 0.0 ? "met" : "not met, " + shortest_text(over) + " % over");
 }
 
 }  // namespace zygoma
