@@ -1,10 +1,8 @@
 #include "src/io/scene_file.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <string_view>
 #include <vector>
 
@@ -288,32 +286,6 @@ void read_motion(Section section, Motion& motion) {
   }
 }
 
-// Parses JSON and refuses what the library would pass over: a key that is there twice.
-json parse(const std::string& path, const char* kind) {
-  const std::string text = read_text_file(path, kind);
-  std::vector<std::set<std::string>> keys;  // of the objects that are open
-  std::string last_key;
-  const auto watch = [&](int /*depth*/, json::parse_event_t event, json& value) {
-    if (event == json::parse_event_t::object_start) keys.emplace_back();
-    if (event == json::parse_event_t::object_end) keys.pop_back();
-    if (event == json::parse_event_t::key) {
-      last_key = value.get<std::string>();
-      require(keys.back().insert(last_key).second,
-              path + ": the key " + quote_value(last_key) + " is there twice in one object");
-    }
-    return true;
-  };
-  try {
-    return json::parse(text, watch);
-  } catch (const json::parse_error& error) {
-    throw InputError(path + ": not valid JSON at byte " + std::to_string(error.byte) +
-                     ", expected " + kind);
-  } catch (const json::exception&) {
-    throw InputError(path + ": holds a number that is too large, after the key " +
-                     quote_value(last_key));
-  }
-}
-
 // The struct's own check says what is wrong, this where.
 template <typename Checked>
 void check_section(const std::string& where, const Checked& check) {
@@ -327,7 +299,7 @@ void check_section(const std::string& where, const Checked& check) {
 }  // namespace
 
 Scene read_scene(const std::string& path) {
-  const json document = parse(path, kScene);
+  const json document = parse_json<json>(path, kScene);
   const std::string root = path + ":";
   Section section(root, document);
   Scene scene;
@@ -370,7 +342,7 @@ Scene read_scene(const std::string& path) {
 }
 
 Motion read_keyframes(const std::string& path) {
-  const json document = parse(path, kKeyframes);
+  const json document = parse_json<json>(path, kKeyframes);
   const std::string root = path + ":";
   Motion motion;
   read_motion({root, document}, motion);
