@@ -1,6 +1,5 @@
 #include "face/effect.h"
 
-#include <algorithm>
 
 #include "src/base/names.h"
 
@@ -62,16 +61,14 @@ std::vector<EffectChoice> usual_effects() {
 void check_effects(const std::vector<EffectChoice>& choices) {
   for (std::size_t k = 0; k < choices.size(); ++k) {
     values_of(find_effect(choices[k].name), choices[k]);
-    const auto same = [&](const EffectChoice& other) { return other.name == choices[k].name; };
-    require(std::none_of(choices.begin(), choices.begin() + k, same),
+    require(find_name(choices, choices[k].name) == static_cast<int>(k),
             "effect " + choices[k].name + ": asked for twice");
   }
 }
 
 EffectValues effect_values(const std::string& name, const std::vector<EffectChoice>& choices) {
-  const auto same = [&](const EffectChoice& choice) { return choice.name == name; };
-  const auto at = std::find_if(choices.begin(), choices.end(), same);
-  return values_of(find_effect(name), at == choices.end() ? EffectChoice{name, {}} : *at);
+  const int at = find_name(choices, name);
+  return values_of(find_effect(name), at < 0 ? EffectChoice{name, {}} : choices[at]);
 }
 
 Effects make_effects(const std::vector<EffectChoice>& choices,

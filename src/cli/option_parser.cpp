@@ -1,7 +1,6 @@
 #include "src/cli/option_parser.h"
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <cmath>
