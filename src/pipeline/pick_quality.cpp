@@ -44,9 +44,13 @@ double frame_ms(const FaceQuality& quality,
   return counted > 0 ? sum_ms / counted : 0.0;
 }
 
-// By how many percent a time exceeds its budget.
-double percent_over(double ms, double budget_ms) {
-  return std::max(0.0, std::round(100.0 * (ms / budget_ms - 1.0)));
+// By how much a time exceeds its budget; empty where it meets it.
+std::string overrun(double ms, double budget_ms) {
+  const double ratio = ms / budget_ms;
+  const double percent = std::round(100.0 * (ratio - 1.0));
+  if (percent <= 0.0) return {};
+  if (percent < 100.0) return shortest_text(percent) + " % over";
+  return shortest_text(std::round(10.0 * ratio) / 10.0) + " times as long";
 }
 
 }  // namespace
@@ -73,16 +77,15 @@ QualityPick pick_for_tolerance(double tolerance_mm) {
 }
 
 std::string budget_forecast(double expected_ms, double budget_ms) {
-  const double over = percent_over(expected_ms, budget_ms);
-  if (over == 0.0) return {};
-  return "the budget of " + shortest_text(budget_ms) + " ms probably cannot be met, " +
-         shortest_text(over) + " % over";
+  const std::string over = overrun(expected_ms, budget_ms);
+  if (over.empty()) return {};
+  return "the budget of " + shortest_text(budget_ms) + " ms probably cannot be met, " + over;
 }
 
 std::string budget_verdict(double took_ms, double budget_ms) {
-  const double over = percent_over(took_ms, budget_ms);
+  const std::string over = overrun(took_ms, budget_ms);
   return "the budget is " + shortest_text(budget_ms) +
-         " ms: " + (over == 0.0 ? "met" : "not met, " + shortest_text(over) + " % over");
+         " ms: " + (over.empty() ? "met" : "not met, " + over);
 }
 
 }  // namespace zygoma

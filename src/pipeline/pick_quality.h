@@ -27,10 +27,9 @@ QualityPick pick_for_budget(double budget_ms,
 // reference itself if none is.
 QualityPick pick_for_tolerance(double tolerance_mm);
 
-// What is said beforehand and afterwards of a time and its budget, by the same measure, whole
-// percent:
+// What is said beforehand and afterwards of a time and its budget, by the same measure:
 //   "the budget of 20 ms probably cannot be met, 7 % over", or nothing where it can;
-//   "the budget is 20 ms: met" or "... not met, 7 % over".
+//   "the budget is 20 ms: met" or "... not met, 7 % over" or "... not met, 3.2 times as long".
 std::string budget_forecast(double expected_ms, double budget_ms);
 std::string budget_verdict(double took_ms, double budget_ms);
 
