@@ -11,11 +11,13 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "face/geometry.h"
 #include "face/jaw.h"
 #include "face/muscle.h"
+#include "src/base/names.h"
 
 namespace zygoma {
 
@@ -109,11 +111,13 @@ struct Anatomy {
   std::vector<NamedCurve> curves;
 
   // Index of the muscle of that name, or -1.
-  int muscle_index(const std::string& name) const {
-    for (std::size_t i = 0; i < muscles.size(); ++i) {
-      if (muscles[i].name == name) return static_cast<int>(i);
-    }
-    return -1;
+  int muscle_index(std::string_view name) const { return find_name(muscles, name); }
+
+  std::vector<std::string> muscle_names() const {
+    std::vector<std::string> names;
+    names.reserve(muscles.size());
+    for (const Muscle& muscle : muscles) names.push_back(muscle.name);
+    return names;
   }
 };
 

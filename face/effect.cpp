@@ -1,8 +1,7 @@
 #include "face/effect.h"
 
-#include <algorithm>
 
-#include "src/base/check.h"
+#include "src/base/names.h"
 
 namespace zygoma {
 
@@ -22,28 +21,19 @@ const std::vector<Effect>& all_effects() {
 namespace {
 
 const Effect& find_effect(const std::string& name) {
-  std::string known;
-  for (const Effect& effect : all_effects()) {
-    if (effect.name == name) return effect;
-    known += (known.empty() ? "" : ", ") + effect.name;
-  }
-  throw InputError("effect \"" + name + "\" is unknown, expected one of " + known);
+  return all_effects()[require_name("effect", all_effects(), name)];
 }
 
 EffectValues values_of(const Effect& effect, const EffectChoice& choice) {
   std::map<std::string, double> values;
-  std::string known;
   for (const EffectParameter& p : effect.parameters) {
-    known += (known.empty() ? "" : ", ") + p.name;
     const auto given = choice.values.find(p.name);
     const double value = given == choice.values.end() ? p.usual : given->second;
     require_range("effect " + effect.name + ": " + p.name, value, p.lowest, p.highest);
     values[p.name] = value;
   }
   for (const auto& [name, value] : choice.values) {
-    require(values.contains(name),
-            "effect " + effect.name + ": no parameter \"" + name + "\", expected " +
-                (known.empty() ? "none" : known));
+    require_name("effect " + effect.name + ": parameter", effect.parameters, name);
   }
   return EffectValues(std::move(values));
 }
@@ -71,16 +61,14 @@ std::vector<EffectChoice> usual_effects() {
 void check_effects(const std::vector<EffectChoice>& choices) {
   for (std::size_t k = 0; k < choices.size(); ++k) {
     values_of(find_effect(choices[k].name), choices[k]);
-    const auto same = [&](const EffectChoice& other) { return other.name == choices[k].name; };
-    require(std::none_of(choices.begin(), choices.begin() + k, same),
+    require(find_name(choices, choices[k].name) == static_cast<int>(k),
             "effect " + choices[k].name + ": asked for twice");
   }
 }
 
 EffectValues effect_values(const std::string& name, const std::vector<EffectChoice>& choices) {
-  const auto same = [&](const EffectChoice& choice) { return choice.name == name; };
-  const auto at = std::find_if(choices.begin(), choices.end(), same);
-  return values_of(find_effect(name), at == choices.end() ? EffectChoice{name, {}} : *at);
+  const int at = find_name(choices, name);
+  return values_of(find_effect(name), at < 0 ? EffectChoice{name, {}} : choices[at]);
 }
 
 Effects make_effects(const std::vector<EffectChoice>& choices,

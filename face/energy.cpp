@@ -5,7 +5,6 @@
 #include <cassert>
 #include <cmath>
 
-#include "face/prism.h"
 #include "src/base/check.h"
 
 namespace zygoma {
@@ -244,10 +243,7 @@ void FaceEnergy::end_step(FaceState& state) {
 FaceEnergy::VolumeReport FaceEnergy::volumes(const std::vector<Vec3>& x) const {
   VolumeReport report;
   for (const Prism& prism : lattice_.prisms) {
-    PrismCorners corner;
-    for (int c = 0; c < 6; ++c) corner[c] = x[prism.node[c]];
-    PrismCorners unused;
-    const double j = prism_volume(corner, unused) / prism.rest_mm3;
+    const double j = signed_volume(prism, x) / prism.rest_mm3;
     if (j < 0.0) ++report.inverted;
     report.mean_change += std::abs(j - 1.0);
   }

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "face/muscle_table.h"
-#include "src/base/check.h"
+#include "src/base/names.h"
 
 namespace zygoma {
 namespace {
@@ -34,13 +34,6 @@ constexpr std::array<OtherUnit, 10> kOthers{{
 // Pairs that no face can show at once.
 constexpr std::array<std::array<int, 2>, 6> kConflicts{
     {{26, 27}, {5, 41}, {5, 42}, {5, 43}, {5, 45}, {5, 46}}};
-
-std::string quoted(std::string_view text) {
-  constexpr std::size_t kLongest = 40;
-  std::string shown = "'";
-  for (const char c : text.substr(0, kLongest)) shown += c >= ' ' && c <= '~' ? c : '?';
-  return shown + (text.size() > kLongest ? "...'" : "'");
-}
 
 std::string_view trimmed(std::string_view text) {
   while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
@@ -127,14 +120,14 @@ double take_intensity(std::string_view rest, const std::string& where) {
       return percent / 100.0;
     }
   }
-  throw InputError(where + ": intensity " + quoted(rest) +
+  throw InputError(where + ": intensity " + quote_value(rest) +
                    ", expected A to E or a percentage like :60%");
 }
 
 Token token_from(std::string_view text) {
   Token token;
   token.text = std::string(text);
-  const std::string where = "action unit " + quoted(text);
+  const std::string where = "action unit " + quote_value(text);
   std::string_view rest = text;
   take_prefix(rest, where, token);
   int number = 0;
@@ -158,8 +151,8 @@ void require_together(const Token& a, const Token& b) {
   const int x = a.unit->number;
   const int y = b.unit->number;
   require(x != y,
-          "action unit " + std::to_string(x) + " is there twice, as " + quoted(a.text) + " and " +
-              quoted(b.text));
+          "action unit " + std::to_string(x) + " is there twice, as " + quote_value(a.text) +
+              " and " + quote_value(b.text));
   for (const auto& [one, other] : kConflicts) {
     const bool both = (x == one && y == other) || (x == other && y == one);
     require(!both,
@@ -236,22 +229,6 @@ Pose pose_of_macro(const Macro& macro) {
     }
   }
   return pose;
-}
-
-void take_muscle(const std::string& muscle,
-                 double value,
-                 const std::vector<std::string>& known,
-                 Pose& pose) {
-  const auto is_known = [&](const std::string& name) {
-    return std::find(known.begin(), known.end(), name) != known.end();
-  };
-  std::vector<std::string> names{muscle};
-  if (is_known(muscle + "_L")) names = {muscle + "_L", muscle + "_R"};
-  require(is_known(names.front()),
-          "muscle " + quoted(muscle) + " is unknown (zygoma face list muscles shows them)");
-  for (const std::string& name : names) {
-    require(pose.contraction.emplace(name, value).second, "muscle " + name + " is there twice");
-  }
 }
 
 // Both red margins.
@@ -367,8 +344,9 @@ const std::vector<Expression>& expressions() {
 Pose pose_of_action_units(const std::string& text) {
   std::vector<Token> tokens;
   for (const std::string_view part : split(text, '+')) {
-    require(!part.empty(),
-            "action units " + quoted(text) + ": one is empty, expected units like 1+2+5B+R12A");
+    require(
+        !part.empty(),
+        "action units " + quote_value(text) + ": one is empty, expected units like 1+2+5B+R12A");
     tokens.push_back(token_from(part));
   }
   Pose pose;
@@ -380,36 +358,36 @@ Pose pose_of_action_units(const std::string& text) {
 }
 
 Pose pose_of_expression(const std::string& name) {
-  std::string known;
-  for (const Expression& expression : expressions()) {
-    if (expression.name == name) return expression.pose;
-    known += (known.empty() ? "" : ", ") + expression.name;
-  }
-  throw InputError("expression " + quoted(name) + " is unknown, expected one of " + known +
-                   ", action units like 1+2+5B, or muscle=value");
+  const int place = find_name(expressions(), name);
+  require(place >= 0,
+          "expression " + quote_value(name) + " is unknown, expected one of " +
+              joined_names(expressions()) + ", action units like 1+2+5B, or muscle=value");
+  return expressions()[place].pose;
 }
 
 Pose pose_of_muscles(const std::string& text) {
-  const std::vector<std::string> known = standard_muscle_names();
   Pose pose;
   bool has_jaw = false;
   for (const std::string_view part : split(text, ',')) {
     const auto equals = part.find('=');
     require(equals != std::string_view::npos,
-            quoted(part) + " has no value, expected muscle=value,muscle=value,...");
+            quote_value(part) + " has no value, expected muscle=value,muscle=value,...");
     const std::string name(trimmed(part.substr(0, equals)));
     std::string_view number = trimmed(part.substr(equals + 1));
     double value = 0.0;
-    require(
-        take_number(number, value) && number.empty() && std::isfinite(value),
-        name + " is " + quoted(trimmed(part.substr(equals + 1))) + ", expected a number in [0, 1]");
+    require(take_number(number, value) && number.empty() && std::isfinite(value),
+            name + " is " + quote_value(trimmed(part.substr(equals + 1))) +
+                ", expected a number in [0, 1]");
     require_range(name, value, 0.0, 1.0);
     if (name == "jaw") {
       require(!has_jaw, "jaw is there twice");
       has_jaw = true;
       pose.jaw = value;
-    } else {
-      take_muscle(name, value, known, pose);
+      continue;
+    }
+    for (const std::string& muscle : muscles_meant("", name)) {
+      require(pose.contraction.emplace(muscle, value).second,
+              "muscle " + muscle + " is there twice");
     }
   }
   return pose;

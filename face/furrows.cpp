@@ -5,29 +5,11 @@
 #include <cmath>
 
 namespace zygoma {
-namespace {
-
-std::vector<std::vector<int>> neighbours_of(const SurfaceMesh& mesh) {
-  std::vector<std::vector<int>> around(mesh.positions_mm.size());
-  for (const Triangle& t : mesh.triangles) {
-    for (int k = 0; k < 3; ++k) {
-      around[t[k]].push_back(t[(k + 1) % 3]);
-      around[t[k]].push_back(t[(k + 2) % 3]);
-    }
-  }
-  for (std::vector<int>& list : around) {
-    std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-  }
-  return around;
-}
-
-}  // namespace
 
 Furrows::Furrows(const Skin& skin) : site_of_(skin.mesh.positions_mm.size(), -1) {
   if (skin.furrow_sites.empty()) return;
   const std::vector<Vec3>& at = skin.mesh.positions_mm;
-  const std::vector<std::vector<int>> around = neighbours_of(skin.mesh);
+  const std::vector<std::vector<int>> around = neighbors_by(skin.mesh.triangles, at.size());
   for (std::size_t v = 0; v < at.size(); ++v) {
     const FurrowSite& furrow = skin.furrow_sites[v];
     if (furrow.spacing_mm <= 0.0F) continue;

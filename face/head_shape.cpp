@@ -57,11 +57,6 @@ FunctionCurve lid(const DepthSpline& sections, int side) {
 
 }  // namespace
 
-double smooth_step(double a, double b, double t) {
-  const double s = std::clamp((t - a) / (b - a), 0.0, 1.0);
-  return s * s * (3.0 - 2.0 * s);
-}
-
 double bump(double t) { return std::exp(-t * t); }
 
 FunctionCurve::FunctionCurve(std::vector<Vec2> points) : points_(std::move(points)) {

@@ -106,8 +106,6 @@ const std::vector<Vec2>& chin_border();
 // Lid margins of the left eye at s in [0, 1] from the inner to the outer corner.
 Vec2 lid_margin(double s, int side);
 
-// 0 below a, 1 above b, smooth between.
-double smooth_step(double a, double b, double t);
 double bump(double t);  // exp(-t^2)
 
 }  // namespace zygoma

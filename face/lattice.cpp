@@ -3,11 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <string>
 
 #include "face/lattice_build.h"
-#include "face/prism.h"
 #include "src/base/check.h"
 
 namespace zygoma {
@@ -48,27 +46,16 @@ void check_surface(const Anatomy& anatomy) {
 }
 
 void collect_edges(const SurfaceMesh& surface, Lattice& lattice) {
-  std::map<std::array<int, 2>, int> uses;
-  for (const Triangle& t : surface.triangles) {
-    for (int e = 0; e < 3; ++e) {
-      const int a = t[e];
-      const int b = t[(e + 1) % 3];
-      ++uses[{std::min(a, b), std::max(a, b)}];
-    }
-  }
-  lattice.neighbors.assign(lattice.num_vertices, {});
-  for (const auto& [edge, count] : uses) {
+  for (const auto& [edge, count] : edge_uses(surface.triangles)) {
     require(count <= 2,
             "surface edge " + std::to_string(edge[0]) + "-" + std::to_string(edge[1]) +
                 ": used by more than two triangles");
     lattice.edges.push_back(edge);
-    lattice.neighbors[edge[0]].push_back(edge[1]);
-    lattice.neighbors[edge[1]].push_back(edge[0]);
   }
+  lattice.neighbors = neighbors_by(lattice.edges, lattice.num_vertices);
   for (int v = 0; v < lattice.num_vertices; ++v) {
     require(!lattice.neighbors[v].empty(),
             "surface vertex " + std::to_string(v) + ": belongs to no triangle");
-    std::sort(lattice.neighbors[v].begin(), lattice.neighbors[v].end());
   }
 }
 
@@ -103,12 +90,11 @@ double fill(const LatticeBuild& build, const Triangle& t, double upper_share, do
     x[c] = build.below(t[c], upper_share);
     x[c + 3] = build.below(t[c], lower_share);
   }
-  PrismCorners unused;
   const Vec3 upper = 0.5 * (x[1] - x[0]).cross(x[2] - x[0]);
   const Vec3 lower = 0.5 * (x[4] - x[3]).cross(x[5] - x[3]);
   const double area = upper.norm();
   const double height_mm = (lower_share - upper_share) * build.mean(build.depth_mm, t);
-  const double by_volume = prism_volume(x, unused) / (area * height_mm);
+  const double by_volume = signed_volume(x) / (area * height_mm);
   const double by_base = 2.0 * lower.dot(upper) / (area * area);
   return std::min(by_volume, by_base);
 }
@@ -230,13 +216,6 @@ void SpringCollector::finish() {
 
 double LatticeBuild::stiffness_factor(const Triangle& t) const {
   return softening(mean(depth_mm, t)) * mean(region_stiffness, t);
-}
-
-double volume_at_rest(const Lattice& lattice, const Prism& prism) {
-  PrismCorners x;
-  for (int c = 0; c < 6; ++c) x[c] = lattice.rest_mm[prism.node[c]];
-  PrismCorners unused;
-  return prism_volume(x, unused);
 }
 
 Vec3 area_vector(const SurfaceMesh& surface, const Triangle& t) {

@@ -6,11 +6,11 @@
 //   every triangle makes a triangular prism; springs run along its edges and across both diagonals
 //   of its sides (cross struts). Three layers (epidermis | dermis | fat | muscle | bone) are the
 //   tri-layer model, two the bi-layer model.
-// kCentroids: section 5 to the letter. Below the centre of gravity of every triangle hangs a chain
-// of
-//   nodes; the first forms a tetrahedral unit with the triangle. Springs: triangle edges, the
-//   three legs of the unit, down the chain, and between neighbouring chains with cross struts.
-//   Only the tetrahedra keep their volume.
+// kCentroids: section 5 to the letter. Below the centre of gravity of every triangle hangs a
+//   chain of nodes; the first forms a tetrahedral unit with the triangle. Springs run along
+//   the triangle's edges, the three legs of the unit, down the chain, and between
+//   neighbouring chains with cross struts. Only the tetrahedra keep their volume:
+//   nothing else there is an element.
 //
 // A *column* is the chain of nodes below one point of the surface. Nodes are numbered free ones
 // first (the surface mesh's vertices at their head), bone last.
@@ -27,6 +27,7 @@
 #include <vector>
 
 #include "face/anatomy.h"
+#include "face/prism.h"
 #include "face/tissue.h"
 
 namespace zygoma {
@@ -66,13 +67,6 @@ struct LatticeOptions {
 
   // Throws InputError naming the first value outside its range.
   void check() const;
-};
-
-// Volume element. A tetrahedral unit is a prism whose lower corners are one node.
-struct Prism {
-  std::array<int, 6> node{};  // upper triangle counter-clockwise from outside, then lower
-  double rest_mm3 = 0.0;
-  double bulk_kpa = 0.0;
 };
 
 struct Column {

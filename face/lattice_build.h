@@ -53,8 +53,6 @@ struct LatticeBuild {
   double stiffness_factor(const Triangle& t) const;
 };
 
-double volume_at_rest(const Lattice& lattice, const Prism& prism);
-
 Vec3 area_vector(const SurfaceMesh& surface, const Triangle& t);
 
 // The epidermis is a membrane of springs along the edges: too thin for elements of its own.

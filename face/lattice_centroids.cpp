@@ -72,7 +72,7 @@ void add_unit(LatticeBuild& build, std::size_t triangle, SpringCollector& spring
     lattice.mass_kg[lower] += mass / 4.0;
     if (column.is_thin() || tissue.bulk_ratio <= 0.0) continue;
     Prism unit{{t[0], t[1], t[2], lower, lower, lower}, 0.0, 0.0};
-    unit.rest_mm3 = volume_at_rest(lattice, unit);
+    unit.rest_mm3 = signed_volume(unit, lattice.rest_mm);
     unit.bulk_kpa = factor * tissue.bulk_ratio * tissue.modulus_kpa;
     lattice.prisms.push_back(unit);
   }

@@ -46,7 +46,7 @@ void add_element(LatticeBuild& build,
     const double share = tissue.bottom_share - build.share_above(layer);
     prism.rest_mm3 = area_vector(build.surface, t).norm() * share * depth;
   } else {
-    prism.rest_mm3 = volume_at_rest(lattice, prism);
+    prism.rest_mm3 = signed_volume(prism, lattice.rest_mm);
     prism.bulk_kpa = factor * tissue.bulk_ratio * tissue.modulus_kpa;
   }
   require(prism.rest_mm3 > 0.0,

@@ -4,7 +4,8 @@
 #include <cmath>
 #include <set>
 
-#include "src/base/check.h"
+#include "face/muscle.h"
+#include "src/base/names.h"
 
 namespace zygoma {
 namespace {
@@ -70,17 +71,13 @@ double monotone_curve(const std::vector<double>& time,
 
 std::vector<std::string> muscles_used(const Motion& motion,
                                       const std::vector<std::string>& muscles) {
-  const auto pair_of = [](const std::string& name) {
-    const bool has_side = name.ends_with("_L") || name.ends_with("_R");
-    return name.substr(0, name.size() - (has_side ? 2 : 0));
-  };
-  std::set<std::string> pairs;
+  std::set<std::string_view> pairs;
   for (const MotionKey& key : motion.keys) {
-    for (const auto& [muscle, value] : key.contraction) pairs.insert(pair_of(muscle));
+    for (const auto& [muscle, value] : key.contraction) pairs.insert(without_side(muscle));
   }
   std::vector<std::string> used;
   for (const std::string& muscle : muscles) {
-    if (pairs.count(pair_of(muscle)) > 0) used.push_back(muscle);
+    if (pairs.contains(without_side(muscle))) used.push_back(muscle);
   }
   return used.empty() ? muscles : used;
 }
@@ -95,9 +92,9 @@ ContractionTrack sample_motion(const Motion& motion, const std::vector<std::stri
     jaw.push_back(key.jaw);
     for (std::vector<double>& value : values) value.push_back(0.0);
     for (const auto& [muscle, value] : key.contraction) {
-      const auto at = std::find(muscles.begin(), muscles.end(), muscle);
-      require(at != muscles.end(), "muscle '" + muscle + "': this face has no muscle of that name");
-      values[at - muscles.begin()].back() = value;
+      const int at = find_name(muscles, muscle);
+      require(at >= 0, "muscle '" + muscle + "': this face has no muscle of that name");
+      values[at].back() = value;
     }
   }
   ContractionTrack track{muscles, {}};

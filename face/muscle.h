@@ -21,6 +21,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "face/geometry.h"
 
@@ -51,5 +52,14 @@ struct Muscle {
                              // end; 0 = bone
   std::optional<Ring> ring = std::nullopt;
 };
+
+inline bool has_side(std::string_view muscle) {
+  return muscle.ends_with("_L") || muscle.ends_with("_R");
+}
+
+// What both muscles of a pair are called.
+inline std::string_view without_side(std::string_view muscle) {
+  return has_side(muscle) ? muscle.substr(0, muscle.size() - 2) : muscle;
+}
 
 }  // namespace zygoma

@@ -12,11 +12,6 @@
 namespace zygoma {
 namespace {
 
-double smooth_step(double from, double to, double x) {
-  const double t = std::clamp((x - from) / (to - from), 0.0, 1.0);
-  return t * t * (3.0 - 2.0 * t);
-}
-
 // +1 upper, -1 lower, 0 neither.
 int flap_of(Region region) {
   if (region == Region::kUpperLip || region == Region::kUpperLid) return 1;
@@ -64,20 +59,17 @@ class LidMargin {
  public:
   LidMargin(const Muscle& muscle, const RingFrame& frame, const Anatomy& anatomy) {
     const SurfaceMesh& surface = anatomy.surface;
-    std::map<std::pair<int, int>, int> sides;  // triangles at an edge
-    for (const Triangle& t : surface.triangles) {
-      for (int c = 0; c < 3; ++c) ++sides[std::minmax(t[c], t[(c + 1) % 3])];
-    }
+    const auto uses = edge_uses(surface.triangles);
     std::vector<char> border(surface.positions_mm.size(), 0);
-    for (const auto& [edge, count] : sides) {
-      if (count == 1) border[edge.first] = border[edge.second] = 1;
+    for (const auto& [edge, count] : uses) {
+      if (count == 1) border[edge[0]] = border[edge[1]] = 1;
     }
     const auto add = [&](int v) {
       const Vec3 p = surface.positions_mm[v] - muscle.attachment_mm;
       if (p.norm() > muscle.radius_mm) return;
       line_[flap_of(anatomy.region[v]) > 0][p.dot(frame.u)] = p.dot(frame.v);
     };
-    for (const auto& [edge, count] : sides) {
+    for (const auto& [edge, count] : uses) {
       const auto& [a, b] = edge;
       if (!is_lid(anatomy.region[a]) || !is_lid(anatomy.region[b])) continue;
       if (border[a] && !border[b]) add(b);

@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 
-#include "src/base/check.h"
+#include "src/base/names.h"
 
 namespace zygoma {
 namespace {
@@ -238,6 +238,18 @@ std::vector<std::string> standard_muscle_names() {
   add(kTable);
   add(kRings);
   return names;
+}
+
+std::vector<std::string> muscles_meant(const std::string& where, const std::string& name) {
+  const std::vector<std::string> known = standard_muscle_names();
+  if (find_name(known, name + "_L") >= 0) return {name + "_L", name + "_R"};
+  if (find_name(known, name) >= 0) return {name};
+  std::vector<std::string_view> pairs;
+  for (const std::string& muscle : known) {
+    if (muscle.ends_with("_L")) pairs.push_back(without_side(muscle));
+  }
+  throw InputError(where + "muscle " + quote_value(name) + " is unknown, expected one of " +
+                   joined_names(pairs) + ", for one side with _L or _R");
 }
 
 }  // namespace zygoma

@@ -31,4 +31,8 @@ std::vector<Muscle> standard_muscles(const SurfaceMesh& surface,
 // Their names in that order.
 std::vector<std::string> standard_muscle_names();
 
+// The muscle of that name, or both of a pair named without a side. Throws InputError(WHERE + ...)
+// naming them all if there is none.
+std::vector<std::string> muscles_meant(const std::string& where, const std::string& name);
+
 }  // namespace zygoma

@@ -1,4 +1,5 @@
-// Volume of a triangular prism whose three side faces are bilinear, and its derivatives.
+// The volume element of the tissue, a triangular prism whose three side faces are bilinear: its
+// volume and the derivatives of that.
 //
 // A side quad can be cut along either diagonal; one choice would favour one side of the face, so
 // the mean of both is taken. It equals the volume under the bilinear patch, neighbouring prisms
@@ -13,12 +14,26 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <vector>
 
 #include "face/geometry.h"
 
 namespace zygoma {
 
+// A tetrahedral unit is a prism whose lower corners are one node.
+struct Prism {
+  std::array<int, 6> node{};  // upper triangle counter-clockwise from outside, then lower
+  double rest_mm3 = 0.0;
+  double bulk_kpa = 0.0;
+};
+
 using PrismCorners = std::array<Vec3, 6>;
+
+inline PrismCorners corners_of(const Prism& prism, const std::vector<Vec3>& positions_mm) {
+  PrismCorners corner;
+  for (int c = 0; c < 6; ++c) corner[c] = positions_mm[prism.node[c]];
+  return corner;
+}
 
 inline double prism_volume(const PrismCorners& corner, PrismCorners& gradient) {
   const Vec3 x1 = corner[1] - corner[0];
@@ -38,6 +53,15 @@ inline double prism_volume(const PrismCorners& corner, PrismCorners& gradient) {
   return (x1.dot(gradient[1]) + x2.dot(gradient[2]) + x3.dot(gradient[3]) + x4.dot(gradient[4]) +
           x5.dot(gradient[5])) /
          3.0;
+}
+
+// Negative where the prism is inside out.
+inline double signed_volume(const PrismCorners& corner) {
+  PrismCorners unused;
+  return prism_volume(corner, unused);
+}
+inline double signed_volume(const Prism& prism, const std::vector<Vec3>& positions_mm) {
+  return signed_volume(corners_of(prism, positions_mm));
 }
 
 // k[p][q], p < q: the second derivative block d(dV/dx_p)/dx_q is the matrix of v -> k x v.

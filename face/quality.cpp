@@ -1,6 +1,6 @@
 #include "face/quality.h"
 
-#include "src/base/check.h"
+#include "src/base/names.h"
 
 namespace zygoma {
 
@@ -22,12 +22,7 @@ const std::vector<FaceQuality>& face_qualities() {
 }
 
 const FaceQuality& face_quality(const std::string& name) {
-  std::string known;
-  for (const FaceQuality& quality : face_qualities()) {
-    if (quality.name == name) return quality;
-    known += (known.empty() ? "" : ", ") + quality.name;
-  }
-  throw InputError("quality \"" + name + "\" is unknown, expected one of " + known);
+  return face_qualities()[require_name("quality", face_qualities(), name)];
 }
 
 }  // namespace zygoma

@@ -89,7 +89,7 @@ void add_tissue(const StripOptions& options, const Grid& grid, Lattice& lattice)
         prism.node[c] = grid.node(corners[c][0], corners[c][1], layer);
         prism.node[c + 3] = grid.node(corners[c][0], corners[c][1], layer + 1);
       }
-      prism.rest_mm3 = volume_at_rest(lattice, prism);
+      prism.rest_mm3 = signed_volume(prism, lattice.rest_mm);
       prism.bulk_kpa = tissue.bulk_ratio * tissue.modulus_kpa;
       for (const int node : prism.node) {
         lattice.mass_kg[node] += options.tissue.density_kg_per_mm3 * prism.rest_mm3 / 6.0;
@@ -138,12 +138,7 @@ void add_surface(const Grid& grid, Strip& strip) {
     if (*std::max_element(t.begin(), t.end()) < n) anatomy.surface.triangles.push_back(t);
   });
   lattice.edges.assign(edges.begin(), edges.end());
-  lattice.neighbors.assign(n, {});
-  for (const auto& [a, b] : edges) {
-    lattice.neighbors[a].push_back(b);
-    lattice.neighbors[b].push_back(a);
-  }
-  for (std::vector<int>& around : lattice.neighbors) std::sort(around.begin(), around.end());
+  lattice.neighbors = neighbors_by(lattice.edges, n);
 }
 
 }  // namespace
@@ -306,15 +301,6 @@ std::vector<StripPoint> cycle(
     points.push_back(test.hold(mean_strain * (1.0 - std::cos(phase)), step_s));
   }
   return points;
-}
-
-double loop_area(const std::vector<StripPoint>& points, int num_points) {
-  double area = 0.0;
-  for (std::size_t k = points.size() - num_points; k < points.size(); ++k) {
-    area += 0.5 * (points[k].stress_kpa + points[k - 1].stress_kpa) *
-            (points[k].strain - points[k - 1].strain);
-  }
-  return area;
 }
 
 }  // namespace zygoma

@@ -106,7 +106,4 @@ std::vector<StripPoint> creep(TensileTest& test,
 std::vector<StripPoint> cycle(
     TensileTest& test, double mean_strain, double period_s, int num_cycles, int steps_per_cycle);
 
-// Work lost over the last `num_points` steps, per volume (kPa).
-double loop_area(const std::vector<StripPoint>& points, int num_points);
-
 }  // namespace zygoma

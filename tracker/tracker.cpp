@@ -255,7 +255,9 @@ void TrackerOptions::check() const {
   effort.check();
   require_range("tracker: max_coast_frames", max_coast_frames, 0, 1000);
   require_range("tracker: flow_hold", flow_hold, 0.0, 100.0);
+  require_range("tracker: model_share", model_share, 0.0, 1.0);
   require_range("tracker: prior_share", prior_share, 0.0, 1.0);
+  require(sharper > 1.0, "tracker: sharper is " + shortest_text(sharper) + ", expected above 1");
   require(new_look_correlation > 0.0 && new_look_correlation < 1.0,
           "tracker: new_look_correlation must be in (0, 1)");
 }

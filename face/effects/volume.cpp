@@ -45,7 +45,7 @@ class Volume final : public EnergyTerm {
         sink.skip(21);
         continue;
       }
-      const PrismCorners corner = corners(prism, x);
+      const PrismCorners corner = corners_of(prism, x);
       PrismCorners g;
       PrismCurvature k;
       const Jet jet = energy_of(prism, prism_volume(corner, g));
@@ -74,12 +74,6 @@ class Volume final : public EnergyTerm {
   }
 
  private:
-  static PrismCorners corners(const Prism& prism, const std::vector<Vec3>& x) {
-    PrismCorners corner;
-    for (int c = 0; c < 6; ++c) corner[c] = x[prism.node[c]];
-    return corner;
-  }
-
   Jet energy_of(const Prism& prism, double volume) const {
     const double j = volume / prism.rest_mm3;
     const double k = factor_ * prism.bulk_kpa;

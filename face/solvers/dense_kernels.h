@@ -5,12 +5,12 @@
 // others handed on. They go in panels of up to kPanelWidth columns. With D the block of the panel's
 // own rows and T the rows below it, a panel stores
 //
-//   P = [ M ]   M = D^-1                      and leaves   S := S + N T^T   (S the rest of the
-//   front)
+//   P = [ M ]   M = D^-1
 //       [ N ]   N = -T D^-1
 //
-// in place of the triangle of a Cholesky factor: the pivot block is positive definite, its inverse
-// costs little at this width, and then everything is a product of dense matrices. Solving is
+// in place of the triangle of a Cholesky factor, and leaves S + N T^T of the rest S of the front:
+// the pivot block is positive definite, its inverse costs little at this width, and then everything
+// is a product of dense matrices. Solving is
 //
 //   forward   v_below := v_below + N v_panel        backward   v_panel := P^T v_(panel and below)
 //

@@ -4,7 +4,6 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <numeric>
 #include <type_traits>
@@ -269,10 +268,8 @@ PrismSet::PrismSet(const std::vector<Prism>& prisms,
   for (std::size_t k = 0; k < prisms.size(); ++k) {
     const Prism& prism = prisms[k];
     assert(prism.rest_mm3 > 0.0);
-    PrismCorners corner, gradient;
-    for (std::size_t c = 0; c < 6; ++c) corner[c] = x[prism.node[c]];
     // The prism's own rest volume, but as the kernel would have computed it.
-    const double known = 72.0 * prism_volume(corner, gradient);
+    const double known = 72.0 * signed_volume(prism, x);
     const double rest = 72.0 * prism.rest_mm3 + (volume72[k] - known);
     double* number = &numbers_[k / lanes * kPrismNumbers * lanes + k % lanes];
     number[kRestVolume * lanes] = rest;

@@ -9,6 +9,7 @@
 #include <charconv>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 namespace zygoma {
 
@@ -30,6 +31,14 @@ inline std::string shortest_text(double value) {
   char buffer[32];
   const auto result = std::to_chars(buffer, buffer + sizeof buffer, value);
   return std::string(buffer, result.ptr);
+}
+
+// `value` made fit for a one-line message: quoted, cut to a length that can be read.
+inline std::string quote_value(std::string_view value) {
+  constexpr std::size_t kLongest = 40;
+  std::string text = "'";
+  for (const char c : value.substr(0, kLongest)) text += c >= ' ' && c <= '~' ? c : '?';
+  return text + (value.size() > kLongest ? "...'" : "'");
 }
 
 // Throws InputError("NAME is VALUE, expected LOW to HIGH") unless it is; NaN never is.

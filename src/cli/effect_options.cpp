@@ -4,17 +4,10 @@
 #include <charconv>
 #include <cmath>
 
-#include "src/base/check.h"
-#include "src/io/text.h"
+#include "src/base/names.h"
 
 namespace zygoma {
 namespace {
-
-std::string effect_names() {
-  std::string names;
-  for (const Effect& effect : all_effects()) names += (names.empty() ? "" : ", ") + effect.name;
-  return names;
-}
 
 double number_from(const std::string& setting, const std::string& text) {
   double value = 0.0;
@@ -72,9 +65,8 @@ void EffectOptions::apply(Scene& scene) const {
     require(scene.settle.solver == Solver::kImplicit,
             "--effects auto: goes with solver.kind equilibrium, the scene says explicit");
     for (const EffectChoice& usual : usual_effects()) {
-      const auto same = [&](const EffectChoice& choice) { return choice.name == usual.name; };
       std::vector<EffectChoice>& effects = scene.tissue.effects;
-      if (std::none_of(effects.begin(), effects.end(), same)) effects.push_back(usual);
+      if (find_name(effects, usual.name) < 0) effects.push_back(usual);
     }
     scene.settle.choose_mm = tolerance_mm_;
   }
@@ -83,17 +75,13 @@ void EffectOptions::apply(Scene& scene) const {
 
 void EffectOptions::apply(std::vector<EffectChoice>& effects) const {
   for (const std::string& name : without_) {
-    require(std::any_of(all_effects().begin(),
-                        all_effects().end(),
-                        [&](const Effect& effect) { return effect.name == name; }),
-            "--without: " + quote_value(name) + " is unknown, expected one of " + effect_names());
+    require_name("--without:", all_effects(), name);
     std::erase_if(effects, [&](const EffectChoice& choice) { return choice.name == name; });
   }
   for (const std::string& text : with_) {
     const EffectChoice wanted = choice_from(text);
-    const auto same = [&](const EffectChoice& choice) { return choice.name == wanted.name; };
-    const auto there = std::find_if(effects.begin(), effects.end(), same);
-    EffectChoice& choice = there == effects.end() ? effects.emplace_back() : *there;
+    const int there = find_name(effects, wanted.name);
+    EffectChoice& choice = there < 0 ? effects.emplace_back() : effects[there];
     choice.name = wanted.name;
     for (const auto& [name, value] : wanted.values) choice.values[name] = value;
     try {

@@ -1,7 +1,6 @@
 #include "src/cli/face_options.h"
 
 #include <cstdio>
-#include <optional>
 
 #include "face/muscle_table.h"
 #include "src/base/check.h"
@@ -27,7 +26,8 @@ std::string remark_on(const QualityPick& pick, double budget_ms) {
   if (budget_ms > 0.0) {
     std::snprintf(text, sizeof text, " and %.2f ms per frame", pick.expected_ms);
     remark += text;
-    if (!pick.fits) remark += ", the least there is: the budget cannot be met";
+    const std::string forecast = budget_forecast(pick.expected_ms, budget_ms);
+    if (!forecast.empty()) remark += "; " + forecast;
   }
   return remark;
 }
@@ -91,7 +91,7 @@ ChosenScene FaceOptions::scene(const std::string& path, const ContractionTrack* 
     return {read_scene(path), {}};
   }
   Scene scene;
-  QualityPick pick{face_quality(quality_), 0.0, true};
+  QualityPick pick{face_quality(quality_), 0.0};
   if (tolerance_mm_ > 0.0) pick = pick_for_tolerance(tolerance_mm_);
   if (budget_ms_ > 0.0) {
     const ContractionTrack usual_track =
@@ -114,14 +114,9 @@ AssembledFace FaceOptions::assemble(const ContractionTrack* track) const {
 
 std::string FaceOptions::verdict(double frame_ms) const {
   if (budget_ms_ == 0.0) return {};
-  char text[120];
-  std::snprintf(text,
-                sizeof text,
-                "a frame settled in %.2f ms on average, the budget is %g ms: %s",
-                frame_ms,
-                budget_ms_,
-                frame_ms <= 1.2 * budget_ms_ ? "met" : "not met");
-  return text;
+  char text[80];
+  std::snprintf(text, sizeof text, "a frame settled in %.2f ms on average, ", frame_ms);
+  return text + budget_verdict(frame_ms, budget_ms_);
 }
 
 void AnimationOptions::declare(OptionSink& options) {

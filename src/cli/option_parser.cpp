@@ -1,13 +1,12 @@
 #include "src/cli/option_parser.h"
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <cmath>
 #include <functional>
 
-#include "src/base/check.h"
+#include "src/base/names.h"
 #include "src/cli/help_text.h"
 
 namespace zygoma {
@@ -81,25 +80,17 @@ class Cli11Sink : public OptionSink {
     };
     options_.push_back({std::string(names) + " " + kind, help});
     app_.add_option(names, given, help)->take_all()->allow_extra_args(false);
-    values_.push_back({long_name(names), [&values] {
-                         std::string all;
-                         for (const std::string& value : values) {
-                           all += (all.empty() ? "" : " ") + value;
-                         }
-                         return all;
-                       }});
+    values_.push_back({long_name(names), [&values] { return joined_names(values, " "); }});
   }
 
   void choice(const char* names,
               std::string& value,
               std::vector<std::string> allowed,
               const char* help) override {
-    std::string words;
-    for (const std::string& word : allowed) words += (words.empty() ? "" : " | ") + word;
+    const std::string words = joined_names(allowed, " | ");
     const std::string name = long_name(names);
     add(names, value, "WORD", std::string(help) + ": " + words, [=](const std::string& given) {
-      require(std::find(allowed.begin(), allowed.end(), given) != allowed.end(),
-              name + ": '" + given + "' is not one of " + words);
+      require(find_name(allowed, given) >= 0, name + ": '" + given + "' is not one of " + words);
     });
   }
 

@@ -4,6 +4,7 @@
 #include <limits>
 #include <string_view>
 
+#include "src/base/names.h"
 #include "src/io/atomic_file.h"
 #include "src/io/text.h"
 #include "tracker/feature_schema.h"
@@ -95,12 +96,9 @@ class ContoursReader {
 
   Contour& contour_of(int row) {
     const std::string_view name = table_.cell(row, columns_[kContour]);
-    std::string names;
-    for (std::size_t i = 0; i < kFeatureSchema.size(); ++i) {
-      if (kFeatureSchema[i].name == name) return current(row, i);
-      names += (i == 0 ? "" : ", ") + std::string(kFeatureSchema[i].name);
-    }
-    table_.complain(row, columns_[kContour], "one of " + names);
+    const int place = find_name(kFeatureSchema, name);
+    if (place >= 0) return current(row, place);
+    table_.complain(row, columns_[kContour], "one of " + joined_names(kFeatureSchema));
   }
 
   // A contour that was said to be lost, or is given point by point, cannot become lost later.

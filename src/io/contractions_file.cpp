@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "face/muscle.h"
 #include "src/base/check.h"
 #include "src/io/atomic_file.h"
 #include "src/io/text.h"
@@ -44,12 +45,6 @@ const std::vector<std::string> kColumns{"frame",
                                         "head_scale",
                                         "head_roll",
                                         "jaw"};
-
-bool has_side(std::string_view name) { return name.ends_with("_L") || name.ends_with("_R"); }
-
-std::string_view without_side(std::string_view name) {
-  return has_side(name) ? name.substr(0, name.size() - 2) : name;
-}
 
 // Muscles of one group (both sides of NAME, or NAME alone) as indices into the track's list.
 std::vector<std::vector<int>> groups_of(const std::vector<std::string>& muscles) {

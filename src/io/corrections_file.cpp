@@ -7,6 +7,7 @@
 #include <set>
 
 #include "src/base/check.h"
+#include "src/io/json_input.h"
 #include "src/io/text.h"
 
 namespace zygoma {
@@ -63,9 +64,7 @@ class Line {
   [[noreturn]] void complain(const std::string& key,
                              const json& value,
                              const std::string& expected) const {
-    throw InputError(where_ + ": " + key + ": " +
-                     quote_value(value.dump(-1, ' ', true, json::error_handler_t::replace)) +
-                     ", expected " + expected);
+    zygoma::complain(where_ + ": " + key, value, expected);
   }
 
  private:

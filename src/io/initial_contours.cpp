@@ -1,7 +1,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "src/base/check.h"
+#include "src/base/names.h"
 #include "src/io/contours_file.h"
 #include "src/io/json_input.h"
 #include "src/io/text.h"
@@ -35,21 +35,6 @@ Contour contour_from(const std::string& where, std::string_view name, const json
   return contour;
 }
 
-bool in_schema(const std::string& name) {
-  for (const Feature& feature : kFeatureSchema) {
-    if (feature.name == name) return true;
-  }
-  return false;
-}
-
-std::string schema_names() {
-  std::string names;
-  for (const Feature& feature : kFeatureSchema) {
-    names += (names.empty() ? "" : ", ") + std::string(feature.name);
-  }
-  return names;
-}
-
 }  // namespace
 
 ContourSet read_initial_contours(const std::string& path) {
@@ -66,9 +51,7 @@ ContourSet read_initial_contours(const std::string& path) {
     set.frame_index = frame->get<int>();
   }
   for (const auto& [name, points] : given->items()) {
-    require(in_schema(name),
-            path + ": contours: " + quote_value(name) + " is unknown, expected one of " +
-                schema_names());
+    require_name(path + ": contours:", kFeatureSchema, name);
   }
   for (const Feature& feature : kFeatureSchema) {
     const std::string name(feature.name);

@@ -3,7 +3,9 @@
 // Templates of the library's value, so that the library itself stays out of headers.
 #pragma once
 
+#include <set>
 #include <string>
+#include <vector>
 
 #include "src/base/check.h"
 #include "src/io/text.h"
@@ -25,17 +27,31 @@ template <class Json>
   throw InputError(where + ": " + text + ", expected " + expected);
 }
 
-// The whole file. `kind` says what was expected.
+// The whole file. `kind` says what was expected. Refuses what the library would pass over, too: a
+// key that is there twice.
 template <class Json>
 Json parse_json(const std::string& path, const std::string& kind) {
   const std::string text = read_text_file(path, kind);
+  std::vector<std::set<std::string>> keys;  // of the objects that are open
+  std::string last_key;
+  const auto watch = [&](int /*depth*/, typename Json::parse_event_t event, Json& value) {
+    if (event == Json::parse_event_t::object_start) keys.emplace_back();
+    if (event == Json::parse_event_t::object_end) keys.pop_back();
+    if (event == Json::parse_event_t::key) {
+      last_key = value.template get<std::string>();
+      require(keys.back().insert(last_key).second,
+              path + ": the key " + quote_value(last_key) + " is there twice in one object");
+    }
+    return true;
+  };
   try {
-    return Json::parse(text);
+    return Json::parse(text, watch);
   } catch (const typename Json::parse_error& error) {
     throw InputError(path + ": not valid JSON at byte " + std::to_string(error.byte) +
                      ", expected " + kind);
   } catch (const typename Json::exception&) {
-    throw InputError(path + ": holds a number that is too large, expected " + kind);
+    throw InputError(path + ": holds a number that is too large, after the key " +
+                     quote_value(last_key) + ", expected " + kind);
   }
 }
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "retarget/observe.h"
-#include "src/base/check.h"
+#include "src/base/names.h"
 #include "src/io/atomic_file.h"
 #include "src/io/json_input.h"
 #include "src/io/text.h"
@@ -96,8 +96,7 @@ PerformerProfile read_profile(const std::string& path) {
   const json& neutral = member(path, document, "neutral");
   if (!neutral.is_object()) complain(path + ": neutral", neutral, "contours by name");
   for (const auto& [name, value] : neutral.items()) {
-    require(contour_index(name) >= 0,
-            path + ": neutral: " + quote_value(name) + " is unknown, expected a contour's name");
+    require_name(path + ": neutral:", kFeatureSchema, name);
   }
   for (int c = 0; c < kNumContours; ++c) {
     const std::string name(kFeatureSchema[static_cast<std::size_t>(c)].name);

@@ -5,6 +5,8 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "face/muscle.h"
+#include "src/base/names.h"
 #include "src/io/atomic_file.h"
 #include "src/io/svg_plot.h"
 
@@ -149,13 +151,10 @@ void write_contraction_plot(const std::string& path,
   for (std::size_t i = 0; i < track.muscles.size(); ++i) {
     const std::string& name = track.muscles[i];
     if (name.ends_with("_R")) continue;  // with its left one
-    const std::string base = name.ends_with("_L") ? name.substr(0, name.size() - 2) : name;
+    const std::string base(without_side(name));
     std::vector<PlottedCurve> curves{curve(i, name == base ? "" : "left", kLeft)};
-    const auto other = std::find(track.muscles.begin(), track.muscles.end(), base + "_R");
-    if (other != track.muscles.end()) {
-      curves.push_back(
-          curve(static_cast<std::size_t>(other - track.muscles.begin()), "right", kRight));
-    }
+    const int right = find_name(track.muscles, base + "_R");
+    if (right >= 0) curves.push_back(curve(static_cast<std::size_t>(right), "right", kRight));
     panels.push_back(panel_of(base, track, smooth, curves));
   }
   write_svg_plot(path, panels, 2);

@@ -1,16 +1,14 @@
 #include "src/io/scene_file.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <string_view>
 #include <vector>
 
 #include "face/facs.h"
 #include "face/muscle_table.h"
-#include "src/base/check.h"
+#include "src/base/names.h"
 #include "src/io/json_input.h"
 #include "src/io/text.h"
 
@@ -23,12 +21,6 @@ constexpr const char* kScene = R"(a scene file (JSON) like {"motion": {"keys": [
 constexpr const char* kAuto = "auto";
 constexpr const char* kKeyframes =
     R"(keyframes (JSON) like {"keys": [{"time_s": 0}, {"time_s": 1, "pose": "6+12"}]})";
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
 
 double number_from(const std::string& where, const json& value) {
   if (!value.is_number() || !std::isfinite(value.get<double>())) complain(where, value, "a number");
@@ -86,19 +78,14 @@ class Section {
   }
 
   int place(const std::string& key, const json& value, const std::vector<std::string>& words) {
-    const auto at = value.is_string()
-                        ? std::find(words.begin(), words.end(), value.get<std::string>())
-                        : words.end();
-    if (at == words.end()) complain(path(key), value, "one of " + joined(words));
-    return static_cast<int>(at - words.begin());
+    const int place = value.is_string() ? find_name(words, value.get<std::string>()) : -1;
+    if (place < 0) complain(path(key), value, "one of " + joined_names(words));
+    return place;
   }
 
   // Whatever has not been asked for is unknown.
   void done() const {
-    for (const auto& [key, value] : value_.items()) {
-      require(std::find(known_.begin(), known_.end(), key) != known_.end(),
-              where_ + ": " + quote_value(key) + " is unknown, expected one of " + joined(known_));
-    }
+    for (const auto& [key, value] : value_.items()) require_name(where_ + ":", known_, key);
   }
 
  private:
@@ -202,20 +189,6 @@ void read_muscles(Section section, MuscleOptions& muscles) {
   section.done();
 }
 
-// The entry of that name in a list of things that have one.
-template <typename Named>
-const Named& known(const std::string& where,
-                   const std::string& name,
-                   const std::vector<Named>& all) {
-  std::vector<std::string> names;
-  for (const Named& one : all) {
-    if (one.name == name) return one;
-    names.push_back(one.name);
-  }
-  throw InputError(where + ": " + quote_value(name) + " is unknown, expected " +
-                   (names.empty() ? "nothing" : "one of " + joined(names)));
-}
-
 // "auto", or effects by name. "auto" among the names: these, where they are called for.
 void read_effects(const std::string& where,
                   const json& value,
@@ -239,12 +212,12 @@ void read_effects(const std::string& where,
                   ", expected above 0, at most " + shortest_text(SettleOptions::kMostChooseMm));
       continue;
     }
-    const Effect& effect = known(where, name, all_effects());
+    const Effect& effect = all_effects()[require_name(where + ":", all_effects(), name)];
     const std::string place = where + "." + name;
     if (!parameters.is_object()) complain(place, parameters, "an object of its parameters");
     EffectChoice choice{name, {}};
     for (const auto& [parameter, number] : parameters.items()) {
-      known(place, parameter, effect.parameters);
+      require_name(place + ":", effect.parameters, parameter);
       choice.values[parameter] = number_from(place + "." + parameter, number);
     }
     effects.push_back(std::move(choice));
@@ -260,31 +233,15 @@ void read_solver(Section section, SettleOptions& settle) {
   section.done();
 }
 
-std::vector<std::string> pairs_among(const std::vector<std::string>& muscles) {
-  std::vector<std::string> pairs;
-  for (const std::string& name : muscles) {
-    if (name.ends_with("_L")) pairs.push_back(name.substr(0, name.size() - 2));
-  }
-  return pairs;
-}
-
 // A muscle, or a pair of them by the name without a side.
 void read_contractions(const std::string& where,
                        const json& value,
                        std::map<std::string, double>& contraction) {
   if (!value.is_object()) complain(where, value, R"(an object like {"zygomaticus_major": 0.5})");
-  const std::vector<std::string> known = standard_muscle_names();
-  const auto is_known = [&](const std::string& name) {
-    return std::find(known.begin(), known.end(), name) != known.end();
-  };
   for (const auto& [name, number] : value.items()) {
-    std::vector<std::string> names{name};
-    if (is_known(name + "_L")) names = {name + "_L", name + "_R"};
-    require(is_known(names.front()),
-            where + ": muscle " + quote_value(name) + " is unknown, expected one of " +
-                joined(pairs_among(known)) + ", for one side with _L or _R");
+    const std::vector<std::string> muscles = muscles_meant(where + ": ", name);
     const double c = number_from(where + "." + name, number);
-    for (const std::string& muscle : names) {
+    for (const std::string& muscle : muscles) {
       require(contraction.emplace(muscle, c).second,
               where + ": muscle " + muscle + " is there twice, alone and in a pair");
     }
@@ -329,32 +286,6 @@ void read_motion(Section section, Motion& motion) {
   }
 }
 
-// Parses JSON and refuses what the library would pass over: a key that is there twice.
-json parse(const std::string& path, const char* kind) {
-  const std::string text = read_text_file(path, kind);
-  std::vector<std::set<std::string>> keys;  // of the objects that are open
-  std::string last_key;
-  const auto watch = [&](int /*depth*/, json::parse_event_t event, json& value) {
-    if (event == json::parse_event_t::object_start) keys.emplace_back();
-    if (event == json::parse_event_t::object_end) keys.pop_back();
-    if (event == json::parse_event_t::key) {
-      last_key = value.get<std::string>();
-      require(keys.back().insert(last_key).second,
-              path + ": the key " + quote_value(last_key) + " is there twice in one object");
-    }
-    return true;
-  };
-  try {
-    return json::parse(text, watch);
-  } catch (const json::parse_error& error) {
-    throw InputError(path + ": not valid JSON at byte " + std::to_string(error.byte) +
-                     ", expected " + kind);
-  } catch (const json::exception&) {
-    throw InputError(path + ": holds a number that is too large, after the key " +
-                     quote_value(last_key));
-  }
-}
-
 // The struct's own check says what is wrong, this where.
 template <typename Checked>
 void check_section(const std::string& where, const Checked& check) {
@@ -368,7 +299,7 @@ void check_section(const std::string& where, const Checked& check) {
 }  // namespace
 
 Scene read_scene(const std::string& path) {
-  const json document = parse(path, kScene);
+  const json document = parse_json<json>(path, kScene);
   const std::string root = path + ":";
   Section section(root, document);
   Scene scene;
@@ -411,7 +342,7 @@ Scene read_scene(const std::string& path) {
 }
 
 Motion read_keyframes(const std::string& path) {
-  const json document = parse(path, kKeyframes);
+  const json document = parse_json<json>(path, kKeyframes);
   const std::string root = path + ":";
   Motion motion;
   read_motion({root, document}, motion);

@@ -45,12 +45,6 @@ bool parse_whole(std::string_view text, T& value) {
   return result.ec == std::errc() && result.ptr == last;
 }
 
-std::string plain(double value) {
-  char buffer[32];
-  const auto result = std::to_chars(buffer, buffer + sizeof buffer, value);
-  return std::string(buffer, result.ptr);
-}
-
 }  // namespace
 
 void append_fixed(std::string& text, double value, int decimals) {
@@ -85,13 +79,6 @@ std::string read_text_file(const std::string& path, const std::string& kind) {
   std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   require(!file.bad(), path + ": cannot be read to its end, expected " + kind);
   return text;
-}
-
-std::string quote_value(std::string_view value) {
-  constexpr std::size_t kLongest = 40;
-  std::string text = "'";
-  for (const char c : value.substr(0, kLongest)) text += c >= ' ' && c <= '~' ? c : '?';
-  return text + (value.size() > kLongest ? "...'" : "'");
 }
 
 CsvTable::CsvTable(const std::string& path,
@@ -155,9 +142,9 @@ double CsvTable::number(int row, int column, double low, double high) const {
   if (!is_number || value < low || value > high) {
     std::string expected = "a number";
     if (std::isfinite(low) && std::isfinite(high)) {
-      expected += " in [" + plain(low) + ", " + plain(high) + "]";
+      expected += " in [" + shortest_text(low) + ", " + shortest_text(high) + "]";
     } else if (std::isfinite(low)) {
-      expected += " of at least " + plain(low);
+      expected += " of at least " + shortest_text(low);
     }
     complain(row, column, expected);
   }

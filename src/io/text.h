@@ -20,9 +20,6 @@ void append_integer(std::string& text, long long value);
 // `kind` says what was expected ("a contractions CSV file").
 std::string read_text_file(const std::string& path, const std::string& kind);
 
-// `value` made fit for a one-line message: quoted, cut to a length that can be read.
-std::string quote_value(std::string_view value);
-
 // The reason behind errno, as text.
 std::string system_reason(int error_number);
 

@@ -23,6 +23,40 @@ struct SettledFrame {
   double settle_ms = 0.0;
 };
 
+// Settles the face frame by frame, each from where the one before left it.
+class SettledFrames {
+ public:
+  SettledFrames(Simulator& face, const std::vector<Controls>& controls)
+      : face_(face), controls_(controls), state_(face.rest()) {}
+
+  std::optional<SettledFrame> next() {
+    if (next_ == controls_.size()) return std::nullopt;
+    const double begin_ms = thread_ms();
+    SettledFrame frame;
+    frame.report = face_.settle(controls_[next_++], state_);
+    frame.settle_ms = thread_ms() - begin_ms;
+    embed_skin(face_.anatomy(), state_, frame.skin_mm);
+    frame.state = state_;
+    return frame;
+  }
+
+ private:
+  Simulator& face_;
+  const std::vector<Controls>& controls_;
+  FaceState state_;
+  std::size_t next_ = 0;
+};
+
+void count(const SettledFrame& frame, AnimationReport& report) {
+  report.settle_figures.total_ms += frame.settle_ms;
+  ++report.num_frames;
+  if (!frame.report.converged) ++report.frames_not_converged;
+  report.most_inverted_elements =
+      std::max(report.most_inverted_elements, frame.report.inverted_elements);
+  report.largest_volume_change =
+      std::max(report.largest_volume_change, frame.report.mean_volume_change);
+}
+
 // Head roll over the clip, smoothed with a zero-lag window: the tracked roll is noisy from frame to
 // frame and a head is heavy.
 std::vector<double> smooth_roll_rad(const ContractionTrack& track) {
@@ -182,18 +216,8 @@ AnimationReport animate_face(const ContractionTrack& track,
   observer.begin("animate", num_frames);
   const Stopwatch watch;
   {
-    FaceState state = face.rest();
-    int next_settle = 0;
-    Producer<SettledFrame> settled(3, [&]() -> std::optional<SettledFrame> {
-      if (next_settle >= num_frames) return std::nullopt;
-      const double begin_ms = thread_ms();
-      SettledFrame frame;
-      frame.report = face.settle(controls[next_settle++], state);
-      frame.settle_ms = thread_ms() - begin_ms;
-      embed_skin(*anatomy, state, frame.skin_mm);
-      frame.state = state;
-      return frame;
-    });
+    SettledFrames frames(face, controls);
+    Producer<SettledFrame> settled(3, [&] { return frames.next(); });
     Producer<cv::Mat> pictures(3, [&]() { return panel ? panel->next() : std::nullopt; });
 
     cv::Mat picture;
@@ -211,13 +235,7 @@ AnimationReport animate_face(const ContractionTrack& track,
       if (options.bars) chart.draw(track.frames[i], bars);
       writer.write(canvas, track.frames[i].time_s);
 
-      report.settle_figures.total_ms += frame->settle_ms;
-      report.num_frames = i + 1;
-      if (!frame->report.converged) ++report.frames_not_converged;
-      report.most_inverted_elements =
-          std::max(report.most_inverted_elements, frame->report.inverted_elements);
-      report.largest_volume_change =
-          std::max(report.largest_volume_change, frame->report.mean_volume_change);
+      count(*frame, report);
       observer.update(report.num_frames);
       if (stop && stop()) {
         report.stopped = true;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "src/base/names.h"
 #include "tracker/feature_schema.h"
 
 namespace zygoma {
@@ -120,10 +121,8 @@ std::vector<ContractionError> compare_contractions(const ContractionTrack& estim
   const Value jaw = [](const Contractions& frame) { return frame.jaw; };
   errors.push_back(compare("jaw", jaw, jaw));
   for (std::size_t m = 0; m < truth.muscles.size(); ++m) {
-    const auto found =
-        std::find(estimate.muscles.begin(), estimate.muscles.end(), truth.muscles[m]);
-    if (found == estimate.muscles.end()) continue;
-    const auto k = static_cast<std::size_t>(found - estimate.muscles.begin());
+    const int k = find_name(estimate.muscles, truth.muscles[m]);
+    if (k < 0) continue;
     errors.push_back(compare(
         truth.muscles[m],
         [k](const Contractions& frame) { return frame.value[k]; },

@@ -5,7 +5,7 @@
 namespace zygoma {
 
 FaceFilm::FaceFilm(std::shared_ptr<const Anatomy> anatomy,
-                   const LatticeOptions& lattice,
+                   const Lattice& lattice,
                    const ContractionTrack& track,
                    const std::string& video_path,
                    const std::string& picture_path,
@@ -21,8 +21,7 @@ FaceFilm::FaceFilm(std::shared_ptr<const Anatomy> anatomy,
   if (options.bars) bars_.emplace(track.muscles, cv::Size(bars_px, height_px));
   if (options.overlay != Overlay::kNone) {
     controls_ = controls_for(track, *anatomy_);
-    lattice_ = make_lattice(*anatomy_, lattice);
-    overlay_.emplace(options.overlay, *anatomy_, lattice_);
+    overlay_.emplace(options.overlay, *anatomy_, lattice);
   }
   if (!picture_path.empty()) require_picture_name(picture_path);
   if (!video_path.empty()) {

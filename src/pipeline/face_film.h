@@ -15,10 +15,10 @@ namespace zygoma {
 
 class FaceFilm {
  public:
-  // `lattice` is what the face is made of, for overlays. An empty path: not wanted. `track` must
-  // outlive the film. Throws InputError naming a path that cannot be written.
+  // `lattice` is that of the face that moves, for overlays. An empty path: not wanted. `lattice`
+  // and `track` must outlive the film. Throws InputError naming a path that cannot be written.
   FaceFilm(std::shared_ptr<const Anatomy> anatomy,
-           const LatticeOptions& lattice,
+           const Lattice& lattice,
            const ContractionTrack& track,
            const std::string& video_path,
            const std::string& picture_path,
@@ -42,7 +42,6 @@ class FaceFilm {
   std::optional<ContractionBars> bars_;
   Renderer renderer_;
   std::vector<Controls> controls_;  // per frame, if there is an overlay
-  Lattice lattice_;                 // of the overlay
   std::optional<FaceOverlay> overlay_;
   std::optional<VideoWriter> writer_;
   struct Furthest {

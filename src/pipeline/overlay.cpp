@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "src/base/names.h"
+
 namespace zygoma {
 namespace {
 
@@ -136,10 +138,8 @@ ContractionBars::ContractionBars(const std::vector<std::string>& muscles, cv::Si
   for (const auto& [name, left] : rows) {
     label(short_name(name), margin, y + row_px * 0.42);
     const std::string twin = muscles[left].substr(0, muscles[left].size() - 1) + "R";
-    const auto right = std::find(muscles.begin(), muscles.end(), twin);
-    if (right != muscles.end()) {
-      add_bar(margin, y, half, static_cast<int>(right - muscles.begin()));
-    }
+    const int right = find_name(muscles, twin);
+    if (right >= 0) add_bar(margin, y, half, right);
     add_bar(2 * margin + half, y, half, left);
     y += row_px;
   }

@@ -1,7 +1,9 @@
 #include "src/pipeline/pick_quality.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "src/base/check.h"
 #include "src/pipeline/animate_face.h"
 #include "src/pipeline/stage_figures.h"
 
@@ -42,6 +44,15 @@ double frame_ms(const FaceQuality& quality,
   return counted > 0 ? sum_ms / counted : 0.0;
 }
 
+// By how much a time exceeds its budget; empty where it meets it.
+std::string overrun(double ms, double budget_ms) {
+  const double ratio = ms / budget_ms;
+  const double percent = std::round(100.0 * (ratio - 1.0));
+  if (percent <= 0.0) return {};
+  if (percent < 100.0) return shortest_text(percent) + " % over";
+  return shortest_text(std::round(10.0 * ratio) / 10.0) + " times as long";
+}
+
 }  // namespace
 
 QualityPick pick_for_budget(double budget_ms,
@@ -52,18 +63,29 @@ QualityPick pick_for_budget(double budget_ms,
   for (const FaceQuality& quality : face_qualities()) {
     const double ms = frame_ms(quality, track, identity, tissue);
     const bool quickest = &quality == &face_qualities().front();
-    if (ms > budget_ms && !quickest) break;
-    pick = {quality, ms, ms <= budget_ms};
-    if (!pick.fits) break;
+    if (ms <= budget_ms || quickest) pick = {quality, ms};
+    if (ms > budget_ms) break;
   }
   return pick;
 }
 
 QualityPick pick_for_tolerance(double tolerance_mm) {
   for (const FaceQuality& quality : face_qualities()) {
-    if (quality.expected_rms_mm <= tolerance_mm) return {quality, 0.0, true};
+    if (quality.expected_rms_mm <= tolerance_mm) return {quality, 0.0};
   }
-  return {face_qualities().back(), 0.0, false};
+  return {face_qualities().back(), 0.0};
+}
+
+std::string budget_forecast(double expected_ms, double budget_ms) {
+  const std::string over = overrun(expected_ms, budget_ms);
+  if (over.empty()) return {};
+  return "the budget of " + shortest_text(budget_ms) + " ms probably cannot be met, " + over;
+}
+
+std::string budget_verdict(double took_ms, double budget_ms) {
+  const std::string over = overrun(took_ms, budget_ms);
+  return "the budget is " + shortest_text(budget_ms) +
+         " ms: " + (over.empty() ? "met" : "not met, " + over);
 }
 
 }  // namespace zygoma

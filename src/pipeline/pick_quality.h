@@ -2,6 +2,8 @@
 // itself, on the machine at hand.
 #pragma once
 
+#include <string>
+
 #include "face/contractions.h"
 #include "face/quality.h"
 
@@ -9,8 +11,8 @@ namespace zygoma {
 
 struct QualityPick {
   FaceQuality quality;
-  double expected_ms = 0.0;  // per frame, of processor time
-  bool fits = true;          // false: not even the quickest does, which is the one picked
+  double expected_ms = 0.0;  // per frame, of processor time; above the budget where not even the
+                             // quickest fits
 };
 
 // The most accurate level that settles a frame of the track in budget_ms on average, with the
@@ -24,5 +26,11 @@ QualityPick pick_for_budget(double budget_ms,
 // The quickest level whose skin is expected to be within tolerance_mm (RMS) of the reference; the
 // reference itself if none is.
 QualityPick pick_for_tolerance(double tolerance_mm);
+
+// What is said beforehand and afterwards of a time and its budget, by the same measure:
+//   "the budget of 20 ms probably cannot be met, 7 % over", or nothing where it can;
+//   "the budget is 20 ms: met" or "... not met, 7 % over" or "... not met, 3.2 times as long".
+std::string budget_forecast(double expected_ms, double budget_ms);
+std::string budget_verdict(double took_ms, double budget_ms);
 
 }  // namespace zygoma

@@ -207,7 +207,6 @@ RunPick pick_by_trials(double budget_ms,
   pick.quality = best.value_or(0);
   pick.expected_ms = (passed_ms() + tried[pick.quality].total_ms(num_frames)) /
                      static_cast<double>(std::max<std::size_t>(1, num_frames));
-  pick.fits = best.has_value();
   return pick;
 }
 

@@ -59,8 +59,8 @@ RunCost try_quality(const RunQuality& quality, RunFaces& faces, const RunTask& t
 struct RunPick {
   std::size_t quality = 0;  // of run_qualities()
   RunFaces faces;
-  double expected_ms = 0.0;  // per frame, of the whole run from its start to its end
-  bool fits = true;          // false: not even the quickest does, which is the one picked
+  double expected_ms = 0.0;  // per frame, of the whole run from its start to its end; above the
+                             // budget where not even the quickest fits
 };
 
 // How much slower tracking is than where levels were measured: as a first guess everything is.

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "src/base/check.h"
+#include "src/base/names.h"
 
 namespace zygoma {
 
@@ -43,22 +43,17 @@ const std::vector<RunQuality>& run_qualities() {
   const char* const coarser = "between standard and fine";
   const char* const finer = "between fine and reference";
   static const std::vector<RunQuality> qualities{
-      level("draft", "draft", "draft", kLinear, {0.074, 800.0, 22.0}),
-      level("standard", "standard", "standard", kCorrected, {0.064, 1000.0, 30.0}),
-      level(coarser, coarser, coarser, kCorrected, {0.063, 1200.0, 37.0}),
-      level("fine", "fine", "fine", kCorrected, {0.061, 2500.0, 60.0}),
-      level(finer, finer, "fine", kLattice, {0.060, 3000.0, 100.0}),
-      level("reference", "reference", finer, kEverything, {0.059, 7000.0, 400.0})};
+      level("draft", "draft", "draft", kLinear, {0.067, 800.0, 18.0}),
+      level("standard", "standard", "standard", kCorrected, {0.055, 800.0, 23.0}),
+      level(coarser, coarser, coarser, kCorrected, {0.056, 900.0, 29.0}),
+      level("fine", "fine", "fine", kCorrected, {0.057, 2900.0, 38.0}),
+      level(finer, finer, "fine", kLattice, {0.057, 3600.0, 92.0}),
+      level("reference", "reference", finer, kEverything, {0.056, 7400.0, 254.0})};
   return qualities;
 }
 
 const RunQuality& run_quality(const std::string& name) {
-  std::string known;
-  for (const RunQuality& quality : run_qualities()) {
-    if (quality.name == name) return quality;
-    known += (known.empty() ? "" : ", ") + quality.name;
-  }
-  throw InputError("quality \"" + name + "\" is unknown, expected one of " + known);
+  return run_qualities()[require_name("quality", run_qualities(), name)];
 }
 
 }  // namespace zygoma

@@ -21,10 +21,11 @@ struct RunQuality {
   SecondLooks second_looks = SecondLooks::kStart;
   FaceLevel level = FaceLevel::kCorrected;
   int samples_per_pixel = 2;  // of the drawing, at edges
-  // On the sample clip, whose truth is known: RMS over muscles and frames.
+  // As measured (docs/results/run_quality.csv) on the sample clip, whose truth is known: RMS over
+  // muscles and frames. It does not fall beyond `standard`: there only the skin comes closer.
   double expected_contraction_rms = 0.0;
-  // Where it was measured (docs/results/run_quality.csv): to get ready, and per frame without the
-  // tracking. A first guess for another machine, nothing more.
+  // There, too: to get ready, and per frame without the tracking. A first guess for another
+  // machine, nothing more.
   double about_start_ms = 0.0;
   double about_frame_ms = 0.0;
 
@@ -32,8 +33,8 @@ struct RunQuality {
   bool has_one_face() const;  // the one that is drawn is the one of the estimation
 };
 
-// From the quickest to the most accurate; those between draft, standard, fine and reference are for
-// budgets and tolerances.
+// From the quickest to the one with the most accurate skin; those between draft, standard, fine and
+// reference are for budgets and tolerances.
 const std::vector<RunQuality>& run_qualities();
 
 // Throws InputError naming the choices if there is none of that name.

@@ -84,14 +84,13 @@ double Simulation::largest_volume_change() const {
   return largest(rows, [](const MotionRow& row) { return row.settle.mean_volume_change; });
 }
 
-Simulation simulate_scene(const Scene& scene,
-                          const std::shared_ptr<const Anatomy>& anatomy,
+Simulation simulate_scene(Simulator& face,
                           const ContractionTrack& track,
                           const FrameTaker& take,
                           const StopQuestion& stop) {
-  const std::vector<Controls> controls = controls_for(track, *anatomy);
-  const std::size_t num_vertices = anatomy->surface.positions_mm.size();
-  Simulator face = make_simulator(scene, anatomy);
+  const Anatomy& anatomy = face.anatomy();
+  const std::vector<Controls> controls = controls_for(track, anatomy);
+  const std::size_t num_vertices = anatomy.surface.positions_mm.size();
   FaceState state = face.rest();
   Simulation simulation;
   for (std::size_t k = 0; k < controls.size() && !simulation.stopped; ++k) {
@@ -108,7 +107,7 @@ Simulation simulate_scene(const Scene& scene,
     simulation.surfaces_mm.emplace_back(state.positions_mm.begin(),
                                         state.positions_mm.begin() + num_vertices);
     Distance moved;
-    moved.add(simulation.surfaces_mm.back(), anatomy->surface.positions_mm);
+    moved.add(simulation.surfaces_mm.back(), anatomy.surface.positions_mm);
     row.largest_mm = moved.largest_mm;
     row.rms_mm = moved.rms_mm();
     simulation.rows.push_back(row);
@@ -116,6 +115,15 @@ Simulation simulate_scene(const Scene& scene,
     simulation.stopped = stop && stop();
   }
   return simulation;
+}
+
+Simulation simulate_scene(const Scene& scene,
+                          const std::shared_ptr<const Anatomy>& anatomy,
+                          const ContractionTrack& track,
+                          const FrameTaker& take,
+                          const StopQuestion& stop) {
+  Simulator face = make_simulator(scene, anatomy);
+  return simulate_scene(face, track, take, stop);
 }
 
 std::vector<EffectRow> compare_effects(const Scene& scene,

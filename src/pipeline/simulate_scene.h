@@ -44,7 +44,12 @@ struct Distance {
 // Over all frames.
 Distance distance_between(const Simulation& a, const Simulation& b);
 
-// `track` is the scene's motion (face/motion.h) for the muscles of the anatomy.
+// `face` is made for the scene and new; `track` is the scene's motion (face/motion.h) for the
+// muscles of its anatomy.
+Simulation simulate_scene(Simulator& face,
+                          const ContractionTrack& track,
+                          const FrameTaker& take,
+                          const StopQuestion& stop);
 Simulation simulate_scene(const Scene& scene,
                           const std::shared_ptr<const Anatomy>& anatomy,
                           const ContractionTrack& track,

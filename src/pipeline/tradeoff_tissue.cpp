@@ -36,9 +36,7 @@ Scene with(const Scene& scene, const TissueChoice& choice) {
 Film shoot(const Scene& scene, StageObserver& observer, const StopQuestion& stop) {
   Film film;
   film.anatomy = std::make_shared<const Anatomy>(make_generic_head(scene.identity, scene.head));
-  std::vector<std::string> muscles;
-  for (const Muscle& muscle : film.anatomy->muscles) muscles.push_back(muscle.name);
-  const ContractionTrack track = sample_motion(scene.motion, muscles);
+  const ContractionTrack track = sample_motion(scene.motion, film.anatomy->muscle_names());
   const auto take = [&](int frame, const FaceState& state, const MotionRow&) {
     film.num_nodes = static_cast<int>(state.positions_mm.size());
     film.skins_mm.emplace_back();

@@ -3,11 +3,9 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "face/prism.h"
-#include "src/base/check.h"
+#include "src/base/names.h"
 
 namespace zygoma {
 namespace {
@@ -32,13 +30,6 @@ cv::Scalar bgr_of(const Eigen::Vector4f& linear) {
   cv::Scalar bgr;
   for (int k = 0; k < 3; ++k) bgr[k] = 255.0 * std::pow(static_cast<double>(linear[2 - k]), 0.4545);
   return bgr;
-}
-
-double signed_volume(const Prism& prism, const std::vector<Vec3>& positions_mm) {
-  PrismCorners corner;
-  PrismCorners gradient;
-  for (std::size_t k = 0; k < 6; ++k) corner[k] = positions_mm[prism.node[k]];
-  return prism_volume(corner, gradient);
 }
 
 // 2 x 2 coordinates of a triangle's edges in its own plane.
@@ -104,12 +95,7 @@ std::vector<CoursePoint> course_of(const Muscle& muscle, const SurfaceMesh& surf
 }  // namespace
 
 Overlay parse_overlay(const std::string& text) {
-  for (std::size_t i = 0; i < kNames.size(); ++i) {
-    if (text == kNames[i]) return static_cast<Overlay>(i);
-  }
-  std::string choices;
-  for (const std::string& name : kNames) choices += (choices.empty() ? "" : ", ") + name;
-  throw InputError("overlay is '" + text + "', expected one of: " + choices);
+  return static_cast<Overlay>(require_name("overlay", kNames, text));
 }
 
 const std::vector<std::string>& overlay_names() { return kNames; }

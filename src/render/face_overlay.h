@@ -1,9 +1,9 @@
 // What the physics knows, laid over the picture of a face:
 //
 //   lattice   the surface mesh from which the lattice hangs, as lines on the skin
-//   muscles   every muscle from its bone end to where it pulls the skin, rings along their course
-//   in
-//             the skin; the more it contracts, the redder and thicker the line
+//   muscles   every muscle from its bone end to where it pulls the skin, rings along their
+//             course in the skin; the more it contracts, the redder and thicker the
+//             line
 //   volume    V / V0 - 1 of the tissue below each surface vertex, as false colour
 //   strain    the principal strain of largest magnitude in the skin, as false colour: blue where it
 //             is pushed together (where furrows form), red where it is stretched

@@ -1,11 +1,10 @@
 #include "src/render/renderer.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
-#include <cstring>
 #include <functional>
-#include <map>
 #include <thread>
 
 #include "face/furrows.h"
@@ -58,6 +57,23 @@ void frame_of(const Point& n, Point& t, Point& b) {
   b = n.cross(t);
 }
 
+// Directions towards places on an area light around l.
+constexpr int kLightSamples = 32;
+std::array<Point, kLightSamples> places_on_light(const Point& l) {
+  constexpr float kSize = 0.10F;
+  Point t;
+  Point b;
+  frame_of(l, t, b);
+  std::array<Point, kLightSamples> places;
+  for (int i = 0; i < kLightSamples; ++i) {
+    const float angle =
+        3.14159265F * (static_cast<float>(i % 2) + static_cast<float>(i / 2) / 16.0F);
+    const float radius = kSize * (0.4F + 0.6F * static_cast<float>((5 * (i / 2)) % 16) / 15.0F);
+    places[i] = (l + radius * (std::cos(angle) * t + std::sin(angle) * b)).normalized();
+  }
+  return places;
+}
+
 void set_ray(RTCRay16& rays, int i, const Point& from, const Point& along, float near, float far) {
   rays.org_x[i] = from.x();
   rays.org_y[i] = from.y();
@@ -105,7 +121,8 @@ struct Renderer::Impl {
   void commit();
   float open_share(int vertex, const std::vector<Point>& directions, float reach) const;
   void compute_rest_ambient();
-  void light_vertices(const Shader& shader);
+  void open_hollows();
+  void cast_shadows(const Point& l);
   void cast(const float (&x)[kPacket],
             const float (&y)[kPacket],
             int count,
@@ -118,6 +135,7 @@ struct Renderer::Impl {
   void see_rows(int first, int last);
   void mark_seen();
   void colour_rows(int first, int last, const Shader& shader);
+  void find_edges();
   void smooth_edges(int first, int last, const Shader& shader);
   Colour background(float y) const;
   double mm_per_px() const;  // where the head is
@@ -376,7 +394,8 @@ void Renderer::Impl::mark_seen() {
   }
 }
 
-void Renderer::Impl::light_vertices(const Shader& shader) {
+// How open the hollows in sight are, found anew.
+void Renderer::Impl::open_hollows() {
   static const std::vector<Point> few = hemisphere(8);
   constexpr float kMouthReach = 13.0F;  // light bounces about in a mouth: only near things shade
   in_parallel(static_cast<int>(watched.size()), options.num_threads, [&](int first, int last) {
@@ -391,14 +410,11 @@ void Renderer::Impl::light_vertices(const Shader& shader) {
     }
     ambient[v] = sum / (2.0F + static_cast<float>(neighbours_begin[v + 1] - neighbours_begin[v]));
   }
-  if (!options.shadows) return;
-  // One ray per vertex towards an area light; the same one in every picture, another one than the
-  // neighbours'.
-  const Point l = shader.key_direction();
-  Point t;
-  Point b;
-  frame_of(l, t, b);
-  constexpr float kLightSize = 0.10F;
+}
+
+// The share of the key light that reaches each vertex in sight, by two rays to places on it: the
+// same ones in every picture, others than the neighbours'.
+void Renderer::Impl::cast_shadows(const Point& l) {
   constexpr float kShadowReach = 200.0F;  // mm: from the head onto the shoulders
   constexpr int kRays = 2;
   constexpr int kVertices = kPacket / kRays;  // in a packet
@@ -406,14 +422,7 @@ void Renderer::Impl::light_vertices(const Shader& shader) {
   for (const int v : in_space_order) {
     if (seen[v] && normals[v].dot(l) > -0.15F) towards_key.push_back(v);
   }
-  std::array<Point, 32> samples;  // of the light
-  for (int i = 0; i < 32; ++i) {
-    const float angle =
-        3.14159265F * (static_cast<float>(i % 2) + static_cast<float>(i / 2) / 16.0F);
-    const float radius =
-        kLightSize * (0.4F + 0.6F * static_cast<float>((5 * (i / 2)) % 16) / 15.0F);
-    samples[i] = (l + radius * (std::cos(angle) * t + std::sin(angle) * b)).normalized();
-  }
+  const std::array<Point, kLightSamples> samples = places_on_light(l);
   const int count = static_cast<int>(towards_key.size());
   std::vector<float> raw(points.size(), 0.0F);
   in_parallel((count + kVertices - 1) / kVertices, options.num_threads, [&](int first, int last) {
@@ -425,7 +434,7 @@ void Renderer::Impl::light_vertices(const Shader& shader) {
         valid[i] = item < count ? -1 : 0;
         const int v = towards_key[std::min(item, count - 1)];
         const Point from = points[v] + 0.4F * normals[v];
-        const Point& d = samples[(7 * v + 5 * (i / kVertices)) % 32];
+        const Point& d = samples[(7 * v + 5 * (i / kVertices)) % kLightSamples];
         set_ray(rays, i, from, d, 0.3F, kShadowReach);
       }
       find_shadows(valid, scene, &rays, true);
@@ -619,6 +628,34 @@ void Renderer::Impl::colour_rows(int first, int last, const Shader& shader) {
   }
 }
 
+// Edges: another part, another depth, or a quite different brightness, next door.
+void Renderer::Impl::find_edges() {
+  const int width = camera.width_px;
+  const int height = camera.height_px;
+  edge.assign(hits.size(), 0);
+  // A surface that falls off this much from pixel to pixel ends there, or is seen from its side.
+  const auto step_mm = static_cast<float>(8.0 * mm_per_px());
+  const auto differs = [&](std::size_t p, std::size_t q) {
+    if (part_of(hits[p].triangle) != part_of(hits[q].triangle)) return true;
+    if (hits[p].triangle < 0) return false;
+    if (std::abs(hits[p].depth - hits[q].depth) > step_mm) return true;
+    const float a = picture[p].y();
+    const float b = picture[q].y();
+    return std::abs(a - b) > 0.30F * (a + b) + 0.015F;
+  };
+  in_parallel(height, options.num_threads, [&](int first, int last) {
+    for (int row = first; row < last; ++row) {
+      for (int column = 0; column < width; ++column) {
+        const std::size_t p = std::size_t(row) * width + column;
+        const bool is_edge =
+            (column > 0 && differs(p, p - 1)) || (column + 1 < width && differs(p, p + 1)) ||
+            (row > 0 && differs(p, p - width)) || (row + 1 < height && differs(p, p + width));
+        edge[p] = is_edge ? 1 : 0;
+      }
+    }
+  });
+}
+
 void Renderer::Impl::smooth_edges(int first, int last, const Shader& shader) {
   const int width = camera.width_px;
   const int n = std::clamp(options.samples_per_pixel, 2, kPacket);
@@ -714,32 +751,11 @@ void Renderer::render(const std::vector<Vec3>& skin_mm,
   const int threads = r.options.num_threads;
   in_parallel((height + 3) / 4, threads, [&](int a, int b) { r.see_rows(a, b); });
   r.mark_seen();
-  r.light_vertices(shader);
+  r.open_hollows();
+  if (r.options.shadows) r.cast_shadows(shader.key_direction());
   in_parallel(height, threads, [&](int a, int b) { r.colour_rows(a, b, shader); });
   if (r.options.samples_per_pixel > 1) {
-    // Edges: another part, another depth, or a quite different brightness, next door.
-    r.edge.assign(std::size_t(width) * height, 0);
-    // A surface that falls off this much from pixel to pixel ends there, or is seen from its side.
-    const auto step_mm = static_cast<float>(8.0 * r.mm_per_px());
-    const auto differs = [&](std::size_t p, std::size_t q) {
-      if (r.part_of(r.hits[p].triangle) != r.part_of(r.hits[q].triangle)) return true;
-      if (r.hits[p].triangle < 0) return false;
-      if (std::abs(r.hits[p].depth - r.hits[q].depth) > step_mm) return true;
-      const float a = r.picture[p].y();
-      const float b = r.picture[q].y();
-      return std::abs(a - b) > 0.30F * (a + b) + 0.015F;
-    };
-    in_parallel(height, threads, [&](int first, int last) {
-      for (int row = first; row < last; ++row) {
-        for (int column = 0; column < width; ++column) {
-          const std::size_t p = std::size_t(row) * width + column;
-          const bool is_edge =
-              (column > 0 && differs(p, p - 1)) || (column + 1 < width && differs(p, p + 1)) ||
-              (row > 0 && differs(p, p - width)) || (row + 1 < height && differs(p, p + width));
-          r.edge[p] = is_edge ? 1 : 0;
-        }
-      }
-    });
+    r.find_edges();
     in_parallel(
         (height + kTile - 1) / kTile, threads, [&](int a, int b) { r.smooth_edges(a, b, shader); });
   }

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "src/base/check.h"
+#include "src/base/names.h"
 
 namespace zygoma {
 namespace {
@@ -57,12 +57,7 @@ Swept swept_by(const Anatomy& anatomy) {
 }  // namespace
 
 View parse_view(const std::string& text) {
-  for (std::size_t i = 0; i < kNames.size(); ++i) {
-    if (text == kNames[i]) return static_cast<View>(i);
-  }
-  std::string choices;
-  for (const std::string& name : kNames) choices += (choices.empty() ? "" : ", ") + name;
-  throw InputError("view is '" + text + "', expected one of: " + choices);
+  return static_cast<View>(require_name("view", kNames, text));
 }
 
 const std::vector<std::string>& view_names() { return kNames; }

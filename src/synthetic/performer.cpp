@@ -138,8 +138,8 @@ struct Performer::Impl {
         schedule(make_schedule(options.schedule, options.duration_s, options.seed)),
         sway(options.seed, options.sway),
         upright(frame_the_face(*anatomy, options.width_px, options.height_px)),
-        state(simulator.rest()) {
-    for (const Muscle& muscle : anatomy->muscles) muscles.push_back(muscle.name);
+        state(simulator.rest()),
+        muscles(anatomy->muscle_names()) {
     controls.contraction.assign(muscles.size(), 0.0);
     num_frames =
         std::max(1, static_cast<int>(std::lround(options.duration_s * options.frames_per_s)));

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "src/base/check.h"
+#include "src/base/names.h"
 #include "src/synthetic/random.h"
 
 namespace zygoma {
@@ -123,10 +123,7 @@ const std::vector<std::string>& schedule_names() {
 }
 
 Schedule make_schedule(const std::string& name, double duration_s, std::uint32_t seed) {
-  const bool known =
-      std::find(schedule_names().begin(), schedule_names().end(), name) != schedule_names().end();
-  require(known,
-          "schedule is \"" + name + "\"; expected mixed, surprise, smile, speech or neutral");
+  require_name("schedule", schedule_names(), name);
   Schedule schedule;
   if (name == "neutral") return schedule;
   RandomStream random(seed, 1);

@@ -71,9 +71,7 @@ class Player {
 std::vector<Frame> play(const Scene& scene) {
   const auto anatomy =
       std::make_shared<const Anatomy>(make_generic_head(scene.identity, scene.head));
-  std::vector<std::string> muscles;
-  for (const Muscle& muscle : anatomy->muscles) muscles.push_back(muscle.name);
-  const ContractionTrack track = sample_motion(scene.motion, muscles);
+  const ContractionTrack track = sample_motion(scene.motion, anatomy->muscle_names());
   Scene everything = scene;
   everything.settle.choose_mm = everything.settle.still_mm = 0.0;
   Player chosen(anatomy, scene);

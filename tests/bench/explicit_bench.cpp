@@ -146,9 +146,8 @@ double scalar_energy_and_gradient(const Patch& patch, std::vector<Vec3>& gradien
     gradient[spring.j] += g;
   }
   for (const Prism& prism : patch.lattice.prisms) {
-    PrismCorners corner, g;
-    for (std::size_t c = 0; c < 6; ++c) corner[c] = patch.x[prism.node[c]];
-    const double change = prism_volume(corner, g) / prism.rest_mm3 - 1.0;
+    PrismCorners g;
+    const double change = prism_volume(corners_of(prism, patch.x), g) / prism.rest_mm3 - 1.0;
     energy += 0.5 * prism.bulk_kpa * prism.rest_mm3 * change * change;
     for (std::size_t c = 0; c < 6; ++c) gradient[prism.node[c]] += prism.bulk_kpa * change * g[c];
   }

@@ -34,10 +34,8 @@ std::vector<Controls> controls_of(const std::vector<Pace>& paces) {
     const Pose pose = pace.pose.empty() ? Pose{} : pose_of(pace.pose);
     motion.keys.push_back({pace.time_s, std::max(pose.jaw, pace.jaw), pose.contraction});
   }
-  std::vector<std::string> muscles;
-  for (const Muscle& muscle : head()->muscles) muscles.push_back(muscle.name);
   std::vector<Controls> controls;
-  for (const Contractions& frame : sample_motion(motion, muscles).frames) {
+  for (const Contractions& frame : sample_motion(motion, head()->muscle_names()).frames) {
     controls.push_back({frame.value, frame.jaw * head()->jaw.full_rad});
   }
   return controls;

@@ -67,9 +67,8 @@ Evaluation scalar_springs(const std::vector<Spring>& springs, const std::vector<
 Evaluation scalar_prisms(const std::vector<Prism>& prisms, const std::vector<Vec3>& x) {
   Evaluation sum{0.0, std::vector<Vec3>(x.size(), Vec3::Zero())};
   for (const Prism& prism : prisms) {
-    PrismCorners corner, g;
-    for (std::size_t c = 0; c < 6; ++c) corner[c] = x[prism.node[c]];
-    const double j = prism_volume(corner, g) / prism.rest_mm3;
+    PrismCorners g;
+    const double j = prism_volume(corners_of(prism, x), g) / prism.rest_mm3;
     const double short_of = std::max(kBarrier.start - j, 0.0);
     const double b = kBarrier.ratio * prism.bulk_kpa;
     sum.energy += prism.rest_mm3 * (0.5 * prism.bulk_kpa * (j - 1.0) * (j - 1.0) +

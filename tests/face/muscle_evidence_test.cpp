@@ -44,16 +44,11 @@ class MuscleEvidence : public testing::Test {
   double cheek_volume_mm3(const std::vector<Vec3>& x) const {
     double volume = 0.0;
     for (const Prism& prism : simulator_.lattice().prisms) {
-      PrismCorners corner;
       Vec3 centre = Vec3::Zero();
-      for (int c = 0; c < 6; ++c) {
-        corner[c] = x[prism.node[c]];
-        centre += simulator_.lattice().rest_mm[prism.node[c]] / 6.0;
-      }
+      for (const int node : prism.node) centre += simulator_.lattice().rest_mm[node] / 6.0;
       const bool cheek =
           centre.x() > 25.0 && centre.x() < 65.0 && centre.y() < -12.0 && centre.y() > -62.0;
-      PrismCorners unused;
-      if (cheek) volume += prism_volume(corner, unused);
+      if (cheek) volume += signed_volume(prism, x);
     }
     return volume;
   }

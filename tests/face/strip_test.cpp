@@ -12,6 +12,16 @@
 namespace zygoma {
 namespace {
 
+// Work lost over the last `num_points` steps, per volume (kPa).
+double loop_area(const std::vector<StripPoint>& points, int num_points) {
+  double area = 0.0;
+  for (std::size_t k = points.size() - num_points; k < points.size(); ++k) {
+    area += 0.5 * (points[k].stress_kpa + points[k - 1].stress_kpa) *
+            (points[k].strain - points[k - 1].strain);
+  }
+  return area;
+}
+
 constexpr double kRatio = 0.5;
 constexpr double kRelaxation_s = 0.3;
 

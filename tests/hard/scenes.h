@@ -118,10 +118,7 @@ inline double largest_distance(const std::vector<Vec3>& a, const std::vector<Vec
 inline std::vector<double> relative_volumes(const Lattice& lattice, const std::vector<Vec3>& x) {
   std::vector<double> volumes;
   for (const Prism& prism : lattice.prisms) {
-    PrismCorners corner;
-    for (int c = 0; c < 6; ++c) corner[c] = x[prism.node[c]];
-    PrismCorners unused;
-    volumes.push_back(prism_volume(corner, unused) / prism.rest_mm3);
+    volumes.push_back(signed_volume(prism, x) / prism.rest_mm3);
   }
   return volumes;
 }

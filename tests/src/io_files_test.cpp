@@ -372,6 +372,7 @@ TEST(InitialContoursTest, NamesFilePlaceAndValue) {
   expect("", {"not valid JSON", "expected a contours JSON file"});
   expect("{\"contours\": {", {"not valid JSON at byte"});
   expect("[1, 2]", {"a list of 2, expected a contours JSON file"});
+  expect(R"({"frame": 1, "frame": 2})", {"the key 'frame' is there twice"});
   expect("{}", {"has no contours"});
   expect(R"({"contours": {}})", {"has no contours"});
   expect(R"({"contours": {"nose": [[0, 0], [1, 1]]}})", {"'nose' is unknown", "nose_tip"});

@@ -11,6 +11,7 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -27,6 +28,16 @@ struct Outcome {
 
 inline int num_lines(const std::string& text) {
   return static_cast<int>(std::count(text.begin(), text.end(), '\n'));
+}
+
+// Without the lines that say how far the work is, which only a slow machine gets to see.
+inline std::string without_progress(const std::string& err) {
+  std::istringstream lines(err);
+  std::string kept;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.find(": frame ") == std::string::npos) kept += line + '\n';
+  }
+  return kept;
 }
 
 class RunningProgram {

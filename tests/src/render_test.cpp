@@ -136,7 +136,7 @@ TEST(Views, AreParsedByNameAndRefusedWithTheChoices) {
     EXPECT_EQ(parse_view(view_name(view)), view);
   }
   EXPECT_EQ(refusal(parse_view, "above"),
-            "view is 'above', expected one of: front, three-quarter, profile, turntable");
+            "view 'above' is unknown, expected one of front, three-quarter, profile, turntable");
 }
 
 TEST(Views, FrameTheWholeFaceInEveryShapeOfPicture) {
@@ -176,7 +176,7 @@ TEST(FaceOverlay, IsParsedByNameAndRefusedWithTheChoices) {
   EXPECT_EQ(parse_overlay("strain"), Overlay::kStrain);
   EXPECT_EQ(parse_overlay("none"), Overlay::kNone);
   EXPECT_EQ(refusal(parse_overlay, "stress"),
-            "overlay is 'stress', expected one of: none, lattice, muscles, volume, strain");
+            "overlay 'stress' is unknown, expected one of none, lattice, muscles, volume, strain");
 }
 
 TEST(FaceOverlay, FalseColoursShowKnownStrainsAndVolumes) {

@@ -183,10 +183,8 @@ TEST(SimulateTest, TimePassesForEffectsWithMemory) {
   scene.tissue.effects.push_back({"viscosity", {{"ratio", 4.0}, {"relaxation_s", 0.2}}});
   const auto anatomy =
       std::make_shared<const Anatomy>(make_generic_head(scene.identity, scene.head));
-  std::vector<std::string> muscles;
-  for (const Muscle& muscle : anatomy->muscles) muscles.push_back(muscle.name);
   const Simulation simulation =
-      simulate_scene(scene, anatomy, sample_motion(scene.motion, muscles), {}, {});
+      simulate_scene(scene, anatomy, sample_motion(scene.motion, anatomy->muscle_names()), {}, {});
   ASSERT_EQ(simulation.rows.size(), 9U);
   // The pose is held from frame 4 on; the tissue still creeps towards it.
   EXPECT_GT(simulation.rows[6].rms_mm, simulation.rows[4].rms_mm + 1e-3);

@@ -331,15 +331,31 @@ TEST(Tracker, EffortIsPaidInIterationsAndHardlyMovesContours) {
   expect_near(effort, iterations);
 }
 
-TEST(Tracker, EffortOutOfRangeIsRefused) {
-  for (const int what : {0, 1, 2, 3}) {
+TEST(Tracker, OptionsOutOfRangeAreRefusedByName) {
+  const double nan = std::nan("");
+  const auto expect_refused = [](const char* name, const auto& spoil) {
     TrackerOptions options;
-    if (what == 0) options.effort.gaussian_levels = 0;
-    if (what == 1) options.effort.nodes = 0.1;
-    if (what == 2) options.effort.tolerance_px = std::nan("");
-    if (what == 3) options.effort.max_iterations = 0;
-    EXPECT_THROW(options.check(), InputError) << what;
-  }
+    options.check();
+    spoil(options);
+    try {
+      options.check();
+      ADD_FAILURE() << name << " went through";
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(name), std::string::npos) << error.what();
+    }
+  };
+  expect_refused("gaussian_levels", [](TrackerOptions& o) { o.effort.gaussian_levels = 0; });
+  expect_refused("nodes", [](TrackerOptions& o) { o.effort.nodes = 0.1; });
+  expect_refused("tolerance_px", [&](TrackerOptions& o) { o.effort.tolerance_px = nan; });
+  expect_refused("max_iterations", [](TrackerOptions& o) { o.effort.max_iterations = 0; });
+  expect_refused("max_coast_frames", [](TrackerOptions& o) { o.max_coast_frames = -1; });
+  expect_refused("flow_hold", [](TrackerOptions& o) { o.flow_hold = -0.1; });
+  expect_refused("model_share", [](TrackerOptions& o) { o.model_share = 1.1; });
+  expect_refused("model_share", [&](TrackerOptions& o) { o.model_share = nan; });
+  expect_refused("prior_share", [](TrackerOptions& o) { o.prior_share = -0.1; });
+  expect_refused("sharper", [](TrackerOptions& o) { o.sharper = 1.0; });
+  expect_refused("sharper", [&](TrackerOptions& o) { o.sharper = nan; });
+  expect_refused("new_look_correlation", [](TrackerOptions& o) { o.new_look_correlation = 1.0; });
 }
 
 TEST(Tracker, SaysWhyAConfidenceIsLow) {

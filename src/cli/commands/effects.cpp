@@ -43,9 +43,7 @@ class EffectsCommand : public Command {
     effects_.apply(scene);
     const auto anatomy =
         std::make_shared<const Anatomy>(make_generic_head(scene.identity, scene.head));
-    std::vector<std::string> muscles;
-    for (const Muscle& muscle : anatomy->muscles) muscles.push_back(muscle.name);
-    const ContractionTrack track = sample_motion(scene.motion, muscles);
+    const ContractionTrack track = sample_motion(scene.motion, anatomy->muscle_names());
     std::optional<OutputFolder> folder;
     if (!folder_.empty()) folder.emplace(folder_);
     const Explanation explanation =

@@ -60,12 +60,12 @@ class ExpressCommand : public Command {
     const auto anatomy =
         std::make_shared<const Anatomy>(make_generic_head(scene.identity, scene.head));
     scene.motion = motion_to(pose, anatomy->jaw, is_video);
-    std::vector<std::string> muscles;
-    for (const Muscle& muscle : anatomy->muscles) muscles.push_back(muscle.name);
-    const ContractionTrack track = sample_motion(scene.motion, muscles_used(scene.motion, muscles));
+    const ContractionTrack track =
+        sample_motion(scene.motion, muscles_used(scene.motion, anatomy->muscle_names()));
 
+    Simulator face = make_simulator(scene, anatomy);
     FaceFilm film(anatomy,
-                  scene.tissue.lattice,
+                  face.lattice(),
                   track,
                   is_video ? output_ : "",
                   is_video ? "" : output_,
@@ -75,10 +75,10 @@ class ExpressCommand : public Command {
       film.take(frame, state, row.rms_mm);
       context.progress.update(frame + 1);
     };
-    const Simulation simulation = simulate_scene(scene, anatomy, track, take, context.stop);
+    const Simulation simulation = simulate_scene(face, track, take, context.stop);
     context.progress.end();
     film.finish();
-    warn_of_folds(scene, *anatomy, pose, context);
+    if (scene.tissue.lattice.topology == Topology::kPrisms) warn_of_folds(face, pose, context);
     print_summary(simulation, context);
     const std::string verdict = face_.verdict(simulation.frame_ms());
     if (!verdict.empty()) context.progress.note(verdict);
@@ -113,13 +113,9 @@ class ExpressCommand : public Command {
   }
 
   // Contractions that are fine one by one may ask together for what tissue cannot do.
-  static void warn_of_folds(const Scene& scene,
-                            const Anatomy& anatomy,
-                            const Pose& pose,
-                            RunContext& context) {
-    if (scene.tissue.lattice.topology != Topology::kPrisms) return;
-    const MuscleField field =
-        make_muscle_field(anatomy, make_lattice(anatomy, scene.tissue.lattice));
+  static void warn_of_folds(const Simulator& face, const Pose& pose, RunContext& context) {
+    const Anatomy& anatomy = face.anatomy();
+    const MuscleField field = make_muscle_field(anatomy, face.lattice());
     const int folded = num_folded(anatomy, field, controls_of(pose, anatomy).contraction);
     if (folded == 0) return;
     context.progress.note("these contractions together ask skin to fold over in " +

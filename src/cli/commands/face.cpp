@@ -4,22 +4,15 @@
 
 #include "face/facs.h"
 #include "face/muscle_table.h"
-#include "src/base/check.h"
+#include "src/base/names.h"
 #include "src/cli/command.h"
 #include "src/cli/face_options.h"
 #include "src/io/output_folder.h"
 #include "src/io/picture_file.h"
-#include "src/io/text.h"
 #include "src/pipeline/contact_sheet.h"
 
 namespace zygoma {
 namespace {
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
 
 std::string two_digits(double value) {
   char text[32];
@@ -133,10 +126,10 @@ class FaceCommand : public Command {
     const cv::Mat picture =
         contact_sheet(scene, anatomy, entries, options, report, context.progress, context.stop);
     if (!report.not_converged.empty()) {
-      context.progress.note("not fully settled: " + joined(report.not_converged));
+      context.progress.note("not fully settled: " + joined_names(report.not_converged));
     }
     if (!report.inverted.empty()) {
-      context.progress.note("tissue elements inside out: " + joined(report.inverted));
+      context.progress.note("tissue elements inside out: " + joined_names(report.inverted));
     }
     write_picture(output_, picture);
     context.out << entries.size() << " faces: " << output_ << '\n';

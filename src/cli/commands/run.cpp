@@ -18,6 +18,7 @@
 #include "src/io/video_reader.h"
 #include "src/pipeline/comparison.h"
 #include "src/pipeline/machine_load.h"
+#include "src/pipeline/pick_quality.h"
 #include "src/pipeline/pick_run.h"
 
 namespace zygoma {
@@ -219,10 +220,8 @@ class RunCommand : public Command {
     choice.quality = run_qualities()[found.quality];
     choice.expected_ms = found.expected_ms;
     choice.remark = remark_on(choice);
-    if (!found.fits) {
-      choice.remark += "; the budget of " + shortest_text(face_.budget_ms()) +
-                       " ms cannot be met, this is the nearest";
-    }
+    const std::string forecast = budget_forecast(found.expected_ms, face_.budget_ms());
+    if (!forecast.empty()) choice.remark += "; " + forecast;
     return std::move(found.faces);
   }
 
@@ -273,7 +272,6 @@ class RunCommand : public Command {
 
   // How it turned out; empty where nothing was asked for.
   std::string verdict(const Choice& choice, const Story& story, double others) const {
-    constexpr double kMet = 1.2;
     constexpr double kIdle = 0.1;
     if (choice.remark.empty() || story.session.stopped_early) return {};
     const SessionStage& whole = story.session.stages.back();
@@ -281,13 +279,8 @@ class RunCommand : public Command {
     std::snprintf(text, sizeof text, "the whole run took %.1f ms per frame", whole.ms_per_frame);
     std::string line = text;
     if (face_.budget_ms() > 0.0) {
-      std::snprintf(text,
-                    sizeof text,
-                    ", expected were %.1f, the budget is %g ms: %s",
-                    choice.expected_ms,
-                    face_.budget_ms(),
-                    whole.ms_per_frame <= kMet * face_.budget_ms() ? "met" : "not met");
-      line += text;
+      std::snprintf(text, sizeof text, ", expected were %.1f, ", choice.expected_ms);
+      line += text + budget_verdict(whole.ms_per_frame, face_.budget_ms());
     }
     std::snprintf(text, sizeof text, "; the contours are met within %.2f px", story.residual_px);
     line += text;

@@ -77,7 +77,7 @@ class SimulateCommand : public Command {
     }
     const auto anatomy =
         std::make_shared<const Anatomy>(make_generic_head(scene.identity, scene.head));
-    const ContractionTrack track = sample_motion(scene.motion, muscles_of(*anatomy));
+    const ContractionTrack track = sample_motion(scene.motion, anatomy->muscle_names());
     const OutputFolder folder(folder_);
 
     const Simulation simulation = simulate(scene, anatomy, track, context);
@@ -99,12 +99,6 @@ class SimulateCommand : public Command {
   }
 
  private:
-  static std::vector<std::string> muscles_of(const Anatomy& anatomy) {
-    std::vector<std::string> muscles;
-    for (const Muscle& muscle : anatomy.muscles) muscles.push_back(muscle.name);
-    return muscles;
-  }
-
   Simulation simulate(const Scene& scene,
                       const std::shared_ptr<const Anatomy>& anatomy,
                       const ContractionTrack& track,
@@ -112,21 +106,18 @@ class SimulateCommand : public Command {
     // Bars only for muscles that do something.
     const ContractionTrack shown =
         sample_motion(scene.motion, muscles_used(scene.motion, track.muscles));
+    Simulator face = make_simulator(scene, anatomy);
     std::optional<FaceFilm> film;
     if (!video_path_.empty() || !picture_path_.empty()) {
-      film.emplace(anatomy,
-                   scene.tissue.lattice,
-                   shown,
-                   video_path_,
-                   picture_path_,
-                   animation_.animate_options());
+      film.emplace(
+          anatomy, face.lattice(), shown, video_path_, picture_path_, animation_.animate_options());
     }
     context.progress.begin(name(), static_cast<int>(track.frames.size()));
     const auto take = [&](int frame, const FaceState& state, const MotionRow& row) {
       if (film) film->take(frame, state, row.rms_mm);
       context.progress.update(frame + 1);
     };
-    Simulation simulation = simulate_scene(scene, anatomy, track, take, context.stop);
+    Simulation simulation = simulate_scene(face, track, take, context.stop);
     context.progress.end();
     if (film) film->finish();
     return simulation;

@@ -9,7 +9,7 @@
 #include <ostream>
 
 #include "face/tissue.h"
-#include "src/base/check.h"
+#include "src/base/names.h"
 #include "src/cli/command.h"
 #include "src/cli/effect_options.h"
 #include "src/io/atomic_file.h"
@@ -166,11 +166,9 @@ class StripCommand : public Command {
  private:
   static void require_internal(const std::vector<EffectChoice>& effects) {
     for (const EffectChoice& choice : effects) {
-      for (const Effect& effect : all_effects()) {
-        require(effect.name != choice.name || effect.internal,
-                "--with: " + effect.name +
-                    " acts from outside of the tissue, expected an effect within it");
-      }
+      require(all_effects()[require_name("--with: effect", all_effects(), choice.name)].internal,
+              "--with: " + choice.name +
+                  " acts from outside of the tissue, expected an effect within it");
     }
   }
 
@@ -178,17 +176,8 @@ class StripCommand : public Command {
   static double value_of(const std::vector<EffectChoice>& effects,
                          const std::string& parameter,
                          double none) {
-    for (const EffectChoice& choice : effects) {
-      if (choice.name != "viscosity") continue;
-      if (choice.values.contains(parameter)) return choice.values.at(parameter);
-      for (const Effect& effect : all_effects()) {
-        if (effect.name != choice.name) continue;
-        for (const EffectParameter& p : effect.parameters) {
-          if (p.name == parameter) return p.usual;
-        }
-      }
-    }
-    return none;
+    if (find_name(effects, "viscosity") < 0) return none;
+    return effect_values("viscosity", effects)[parameter];
   }
 
   static std::vector<Curve> stretch() {
