@@ -7,6 +7,10 @@
 namespace zygoma {
 namespace {
 
+// A face is unlike the model in the same ways in all frames of a clip: so many carry the evidence
+// of one.
+constexpr double kFramesAsOne = 4.0;
+
 // The weights w of the header, for both axes of every node.
 Eigen::VectorXd share_of_corner(const FaceResponse& face) {
   Eigen::VectorXd share = Eigen::VectorXd::Zero(2 * kNumNodes);
@@ -52,8 +56,8 @@ double learn_jaw_carry(const FaceResponse& model,
   if (!(sigma > 0.0)) return carry;
   const Eigen::VectorXd share = share_of_corner(model);
   const Eigen::Index jaw = scene.num_controls() - 1;
-  double information = 1.0 / (sigma * sigma);
-  double gradient = (carry - 1.0) / (sigma * sigma);
+  double information = kFramesAsOne / (sigma * sigma);
+  double gradient = kFramesAsOne * (carry - 1.0) / (sigma * sigma);
   NormalEquations equations;
   Eigen::VectorXd by_jaw;
   for (std::size_t t = 0; t < frames.size(); ++t) {

@@ -11,12 +11,13 @@
 // solution, priors of x included, one step of Gauss-Newton on what is left when every frame has
 // explained itself as well as it can is
 //
-//   q -= (g + (q - 1) / s^2) / (S + 1 / s^2),
+//   q -= (g + n (q - 1) / s^2) / (S + n / s^2),
 //   S = sum_frames b^T b - b^T J (J^T J)^-1 J^T b,   g = sum_frames b^T r.
 //
-// Controls at a bound stay there, which is why a second step is worth taking: a smile that was only
-// read into the jaw has come to rest by then. s is the share by which two faces are thought to move
-// unlike (RefineOptions::relative_error): a clip that says little changes little.
+// where n frames carry the evidence of one, as what else is unlike about a face is so in all of
+// them. Controls at a bound stay there, which is why a second step is worth taking: a smile that
+// was only read into the jaw has come to rest by then. s is the share by which two faces are
+// thought to move unlike (RefineOptions::relative_error): a clip that says little changes little.
 #pragma once
 
 #include <span>

@@ -83,10 +83,10 @@ TEST(JawCarry, IsFoundAndKeepsTheSmileOutOfAnOpenMouth) {
       options.causal = live;
       RetargetReport report;
       const ContractionTrack track = retarget(speak(performer, false), {face}, options, report);
-      EXPECT_NEAR(report.jaw_carry, carry, 0.1) << live;
+      EXPECT_NEAR(report.jaw_carry, carry, 0.15) << live;
       EXPECT_LT(largest_smile(track), 0.05) << carry << " " << live;
       retarget(speak(performer, true), {face}, options, report);
-      EXPECT_NEAR(report.jaw_carry, carry, 0.15) << live;
+      EXPECT_NEAR(report.jaw_carry, carry, 0.2) << live;
     }
   }
 }
