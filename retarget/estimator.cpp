@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "retarget/jaw_carry.h"
+
 namespace zygoma {
 namespace {
 
@@ -51,8 +53,29 @@ Calibration calibrate(const Neutral& neutral,
   result.neutral = neutral;
   result.performer = measure_performer(neutral, response);
   result.gain = gain;
-  result.response = (level == FaceLevel::kLinear ? response.linearised() : response).scaled(gain);
+  result.model = (level == FaceLevel::kLinear ? response.linearised() : response).scaled(gain);
+  result.response = result.model;
   result.head_reference_mm = reference_of(neutral, result.performer);
+  return result;
+}
+
+Calibration learn(const Calibration& calibration,
+                  std::span<const FrameEstimate> sample,
+                  const RetargetOptions& options) {
+  FrameScene scene(calibration.response,
+                   calibration.performer.neutral_mm,
+                   inverse_distance_per_mm(calibration, options),
+                   options.refinement);
+  std::vector<FrameObservation> frames;
+  std::vector<RefinedFrame> solved;
+  for (const FrameEstimate& estimate : sample) {
+    frames.push_back(estimate.reading.observation);
+    solved.push_back(estimate.refined);
+  }
+  Calibration result = calibration;
+  result.jaw_carry =
+      learn_jaw_carry(calibration.model, calibration.jaw_carry, scene, frames, solved);
+  result.response = with_jaw_carry(calibration.model, result.jaw_carry);
   return result;
 }
 
@@ -75,7 +98,7 @@ FrameEstimator::FrameEstimator(const Calibration& calibration,
   }
   if (options.level == FaceLevel::kLattice && lattice != nullptr) {
     loop_ = std::make_unique<LatticeLoop>(
-        *lattice, calibration.response, calibration.gain, options.lattice_loop);
+        *lattice, calibration.model, calibration.gain, options.lattice_loop);
   }
 }
 

@@ -13,8 +13,10 @@ namespace zygoma {
 struct Calibration {
   Neutral neutral;
   PerformerFrame performer;
-  Eigen::VectorXd gain;   // range of motion, multiples of the model's
-  FaceResponse response;  // at the level asked for, scaled by the gain
+  Eigen::VectorXd gain;  // range of motion, multiples of the model's
+  FaceResponse model;    // at the level asked for, scaled by the gain
+  double jaw_carry = 1.0;
+  FaceResponse response;  // the model with that carry
   Point2 head_reference_mm{0.0, 0.0};
 };
 
@@ -31,6 +33,12 @@ struct FrameEstimate {
   ModelCorrection correction;  // of the lattice; empty without
   FramePosterior posterior;
 };
+
+// The same performer with a carry of the jaw that is one step closer to what single frames show,
+// which were estimated with `calibration`.
+Calibration learn(const Calibration& calibration,
+                  std::span<const FrameEstimate> sample,
+                  const RetargetOptions& options);
 
 class FrameEstimator {
  public:

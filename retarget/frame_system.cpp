@@ -178,23 +178,22 @@ void FrameSystem::displace(const Eigen::VectorXd& u, bool with_slope) const {
   if (with_slope) scene_.slope += more.slope_mm;
 }
 
-// Unweighted misfit of a node, mm, after displace().
-HeadView::Sight FrameSystem::see(int node, const HeadView& view) const {
-  const Point2 place = scene_.neutral_mm.col(node) + scene_.displacement.segment<2>(2 * node);
-  HeadView::Sight sight = view.see(place, scene_.response.rest_depth_mm[node]);
-  sight.at -= frame_.mm.col(node);
-  return sight;
+// Neutral, moved, seen, compared, whitened, and robust: after displace().
+FrameSystem::NodeTerm FrameSystem::term_of(const UsedNode& used, const HeadView& view) const {
+  const Point2 place =
+      scene_.neutral_mm.col(used.node) + scene_.displacement.segment<2>(2 * used.node);
+  NodeTerm term{view.see(place, scene_.response.rest_depth_mm[used.node]), {}, {}, {}};
+  term.misfit_mm = term.sight.at - frame_.mm.col(used.node);
+  term.residual = used.whitening * term.misfit_mm;
+  term.weight = shrink_outlier(scene_.options.outlier_sigmas, term.residual) * used.whitening;
+  return term;
 }
 
 double FrameSystem::cost(const Eigen::VectorXd& u, const Head& head) const {
   displace(u, false);
   const HeadView view(head, scene_.inverse_distance_per_mm);
   NormalEquations result;
-  for (const UsedNode& used : used_) {
-    Eigen::Vector2d r = used.whitening * see(used.node, view).at;
-    shrink_outlier(scene_.options.outlier_sigmas, r);
-    result.cost += r.squaredNorm();
-  }
+  for (const UsedNode& used : used_) result.cost += term_of(used, view).residual.squaredNorm();
   add_priors(u, head, result);
   return result.cost;
 }
@@ -203,29 +202,29 @@ Eigen::Index FrameSystem::linearise(const Eigen::VectorXd& u, const Head& head) 
   displace(u, true);
   const HeadView view(head, scene_.inverse_distance_per_mm);
   const Eigen::Index n = scene_.num_controls();
-  std::array<Eigen::Matrix2d, kNumNodes> by_place;
-  Eigen::Index row = 0;
-  for (const UsedNode& used : used_) {
-    const HeadView::Sight sight = see(used.node, view);
-    Eigen::Vector2d r = used.whitening * sight.at;
-    const Eigen::Matrix2d weight =
-        shrink_outlier(scene_.options.outlier_sigmas, r) * used.whitening;
-    scene_.residual.segment<2>(row) = r;
-    scene_.jacobian.block<2, kNumHead>(row, n).noalias() = weight * sight.by_head;
-    by_place[static_cast<std::size_t>(row / 2)].noalias() = weight * sight.by_node;
-    row += 2;
+  for (std::size_t k = 0; k < used_.size(); ++k) {
+    const auto row = static_cast<Eigen::Index>(2 * k);
+    const NodeTerm term = term_of(used_[k], view);
+    scene_.residual.segment<2>(row) = term.residual;
+    scene_.jacobian.block<2, kNumHead>(row, n).noalias() = term.weight * term.sight.by_head;
+    scene_.by_place[k].noalias() = term.weight * term.sight.by_node;
   }
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const double* from = scene_.slope.col(i).data();
-    double* to = scene_.jacobian.col(i).data();
+  rows_along(scene_.slope, scene_.jacobian.leftCols(n));
+  return num_rows();
+}
+
+void FrameSystem::rows_along(const Eigen::MatrixXd& motions,
+                             Eigen::Ref<Eigen::MatrixXd> rows) const {
+  for (Eigen::Index i = 0; i < motions.cols(); ++i) {
+    const double* from = motions.col(i).data();
+    double* to = rows.col(i).data();
     for (std::size_t k = 0; k < used_.size(); ++k, to += 2) {
-      const Eigen::Matrix2d& m = by_place[k];
+      const Eigen::Matrix2d& m = scene_.by_place[k];
       const double* s = from + 2 * used_[k].node;
       to[0] = m(0, 0) * s[0] + m(0, 1) * s[1];
       to[1] = m(1, 0) * s[0] + m(1, 1) * s[1];
     }
   }
-  return row;
 }
 
 void FrameSystem::normal_equations(const Eigen::VectorXd& u,
@@ -298,7 +297,7 @@ double FrameSystem::misfit_mm(int contour, const Head& head) const {
   const auto c = static_cast<std::size_t>(contour);
   double sum = 0.0;
   for (int k = used_begin_[c]; k < used_begin_[c + 1]; ++k) {
-    sum += see(used_[static_cast<std::size_t>(k)].node, view).at.squaredNorm();
+    sum += term_of(used_[static_cast<std::size_t>(k)], view).misfit_mm.squaredNorm();
   }
   const int count = used_begin_[c + 1] - used_begin_[c];
   return count > 0 ? std::sqrt(sum / count) : 0.0;

@@ -108,6 +108,7 @@ class FrameScene {
   Eigen::MatrixXd jacobian;
   Eigen::VectorXd displacement;
   Eigen::MatrixXd slope;
+  std::array<Eigen::Matrix2d, kNumNodes> by_place;  // residual of a used node by where it is
 };
 
 class FrameSystem {
@@ -130,6 +131,10 @@ class FrameSystem {
 
   // Fills the scene's residual and jacobian; returns how many rows of them count.
   Eigen::Index linearise(const Eigen::VectorXd& u, const Head& head) const;
+  // Derivative of these rows when all nodes move along the columns of `motions` (2 node + axis),
+  // after linearise().
+  void rows_along(const Eigen::MatrixXd& motions, Eigen::Ref<Eigen::MatrixXd> rows) const;
+  Eigen::Index num_rows() const { return static_cast<Eigen::Index>(2 * used_.size()); }
   // Rows of a contour among these: {first, number}.
   std::pair<Eigen::Index, Eigen::Index> rows_of(int contour) const;
   // RMS of the unweighted misfit of a contour, mm, after linearise() or cost().
@@ -140,10 +145,16 @@ class FrameSystem {
     int node;
     Eigen::Matrix2d whitening;
   };
+  struct NodeTerm {
+    HeadView::Sight sight;
+    Point2 misfit_mm;
+    Eigen::Vector2d residual;
+    Eigen::Matrix2d weight;  // of derivatives of the misfit
+  };
 
   void whiten(int contour);
   void displace(const Eigen::VectorXd& u, bool with_slope) const;
-  HeadView::Sight see(int node, const HeadView& view) const;
+  NodeTerm term_of(const UsedNode& used, const HeadView& view) const;
 
   FrameScene& scene_;
   const FrameObservation& frame_;

@@ -38,7 +38,8 @@ struct LatticeLoopFigures {
 
 class LatticeLoop {
  public:
-  // `response` is what the refiner runs on: of this face, scaled by `gain`. Refers to both.
+  // `response` is this face's, scaled by `gain`; the refiner runs on it or on what a performer adds
+  // to it. Refers to both.
   LatticeLoop(Simulator& face,
               const FaceResponse& response,
               const Eigen::VectorXd& gain,

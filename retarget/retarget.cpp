@@ -30,12 +30,16 @@ UsableFrames usable_frames(const std::vector<ContourSet>& contours) {
   return usable;
 }
 
-// How much of a sample of the clip is left unexplained from a neutral.
-double unexplained(const std::vector<ObservedFrame>& frames,
-                   const Calibration& calibration,
-                   RetargetOptions options) {
+// Every so many frames of an even sample of a clip.
+enum class SampleSize { kFew = 3, kAll = 1 };
+
+// Frames from all over the clip, every one for itself and with little patience: to compare neutrals
+// and to learn from.
+std::vector<FrameEstimate> estimate_sample(const std::vector<ObservedFrame>& frames,
+                                           const Calibration& calibration,
+                                           RetargetOptions options,
+                                           SampleSize size) {
   constexpr std::size_t kSample = 16;
-  // Every frame for itself, and with little patience: this compares, it does not estimate.
   options.refinement.fastest_per_s = 1e6;
   options.refinement.max_iterations = std::min(8, options.refinement.max_iterations);
   options.level = std::min(options.level, FaceLevel::kCorrected);
@@ -43,35 +47,72 @@ double unexplained(const std::vector<ObservedFrame>& frames,
   options.causal = true;
   FrameEstimator estimator(calibration, options, nullptr);
   const std::size_t count = std::min(kSample, frames.size());
-  double sum = 0.0;
-  for (std::size_t i = 0; i < count; ++i) {
-    sum += estimator.next(frames[(2 * i + 1) * frames.size() / (2 * count)]).refined.cost;
+  std::vector<FrameEstimate> sample;
+  for (std::size_t i = 0; i < count; i += static_cast<std::size_t>(size)) {
+    sample.push_back(estimator.next(frames[(2 * i + 1) * frames.size() / (2 * count)]));
   }
-  return sum / static_cast<double>(count);
+  return sample;
 }
 
-// Of the likely neutrals the one that is both at rest and explains the clip.
-Neutral choose_neutral(const std::vector<ObservedFrame>& frames,
-                       const FaceResponse& face,
-                       const Eigen::VectorXd& gain,
-                       const RetargetOptions& options) {
-  constexpr int kCandidates = 8;
+double unexplained(const std::vector<FrameEstimate>& sample) {
+  double sum = 0.0;
+  for (const FrameEstimate& estimate : sample) sum += estimate.refined.cost;
+  return sum / static_cast<double>(sample.size());
+}
+
+// A face that may be at rest, what the clip looks like from there, and how little it convinces.
+struct Candidate {
+  Calibration calibration;
+  std::vector<FrameEstimate> sample;
+  double doubt = 0.0;
+};
+
+// What the model cannot explain is evidence and counts twice; the rest are rules of thumb.
+double doubt_of(const Candidate& candidate, const FaceResponse& face) {
   constexpr double kClearlyNotAtRest = 0.05;  // face sizes
   constexpr int kFewestStill = 3;
   constexpr double kMoving = 2.0;
   constexpr double kDoubted = 0.5;  // per reason
-  if (options.neutral_frame >= 0) return neutral_at(frames, options.neutral_frame);
-  const std::vector<Neutral> candidates = neutral_candidates(frames, kCandidates);
-  std::vector<double> doubt;
-  for (const Neutral& neutral : candidates) {
-    const Calibration calibration = calibrate(neutral, gain, face, FaceLevel::kCorrected);
-    doubt.push_back(unexplained(frames, calibration, options) *
-                    (1.0 + std::max(0.0, neutral.score) / kClearlyNotAtRest) *
-                    (neutral.num_frames < kFewestStill ? kMoving : 1.0) *
-                    (1.0 + kDoubted * static_cast<double>(doubts_about(neutral, face).size())));
+  const Neutral& neutral = candidate.calibration.neutral;
+  const double left = unexplained(candidate.sample);
+  return left * left * (1.0 + std::max(0.0, neutral.score) / kClearlyNotAtRest) *
+         (neutral.num_frames < kFewestStill ? kMoving : 1.0) *
+         (1.0 + kDoubted * static_cast<double>(doubts_about(neutral, face).size()));
+}
+
+// Of the likely neutrals the one that is both at rest and explains the clip: of many by a few
+// frames, of the best of those by more.
+Candidate choose_neutral(const std::vector<ObservedFrame>& frames,
+                         const FaceResponse& face,
+                         const Eigen::VectorXd& gain,
+                         const RetargetOptions& options) {
+  constexpr int kCandidates = 16;
+  constexpr std::size_t kFinalists = 3;
+  std::vector<Candidate> candidates;
+  const auto judge = [&](Candidate& candidate, SampleSize size) {
+    candidate.sample = estimate_sample(frames, candidate.calibration, options, size);
+    candidate.doubt = doubt_of(candidate, face);
+  };
+  const auto sort = [&] {
+    std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) {
+      return a.doubt < b.doubt;
+    });
+  };
+  if (options.neutral_frame >= 0) {
+    candidates.push_back(
+        {calibrate(neutral_at(frames, options.neutral_frame), gain, face, options.level), {}, 0.0});
+    judge(candidates.front(), SampleSize::kAll);
+    return std::move(candidates.front());
   }
-  const auto best = std::min_element(doubt.begin(), doubt.end());
-  return candidates[static_cast<std::size_t>(best - doubt.begin())];
+  for (const Neutral& neutral : neutral_candidates(frames, kCandidates)) {
+    candidates.push_back({calibrate(neutral, gain, face, options.level), {}, 0.0});
+    judge(candidates.back(), SampleSize::kFew);
+  }
+  sort();
+  candidates.resize(std::min(kFinalists, candidates.size()));
+  for (Candidate& candidate : candidates) judge(candidate, SampleSize::kAll);
+  sort();
+  return std::move(candidates.front());
 }
 
 // The performer at rest: from the clip, unless a profile knows better and no frame was named.
@@ -83,26 +124,44 @@ Calibration calibrate_clip(const std::vector<ObservedFrame>& frames,
   const Eigen::VectorXd gain = profile == nullptr
                                    ? Eigen::VectorXd::Ones(face.response.num_controls()).eval()
                                    : range_gain(*profile, face.response);
-  const Neutral of_clip = choose_neutral(frames, face.response, gain, options);
+  Candidate chosen = choose_neutral(frames, face.response, gain, options);
+  report.neutral_frame = chosen.calibration.neutral.frame_index;
   if (profile != nullptr) {
-    report.profile_difference = proportion_difference(face_proportions(of_clip.contours),
-                                                      face_proportions(profile->neutral.contours));
+    report.profile_difference =
+        proportion_difference(face_proportions(chosen.calibration.neutral.contours),
+                              face_proportions(profile->neutral.contours));
   }
-  const bool from_profile = profile != nullptr && options.neutral_frame < 0;
-  report.neutral_frame = from_profile ? -1 : of_clip.frame_index;
-  const Neutral& neutral = from_profile ? profile->neutral : of_clip;
-  report.neutral_doubts = doubts_about(neutral, face.response);
-  return calibrate(neutral, gain, face.response, options.level);
+  if (profile != nullptr && options.neutral_frame < 0) {
+    report.neutral_frame = -1;
+    chosen.calibration = calibrate(profile->neutral, gain, face.response, options.level);
+    chosen.sample = estimate_sample(frames, chosen.calibration, options, SampleSize::kAll);
+  }
+  report.neutral_doubts = doubts_about(chosen.calibration.neutral, face.response);
+  if (!options.refine) return chosen.calibration;  // the paper's estimates know no performer
+  const Calibration better = learn(chosen.calibration, chosen.sample, options);
+  return learn(better, estimate_sample(frames, better, options, SampleSize::kAll), options);
 }
+
+// Whether to stop with this frame of a pass over all of them.
+struct PassQuestion {
+  const RetargetQuestion& stop;
+  int pass = 0;
+  int num_passes = 1;
+
+  bool operator()(std::size_t frame, std::size_t num_frames) const {
+    const double done = static_cast<double>(frame) / static_cast<double>(num_frames);
+    return stop && stop((pass + done) / num_passes);
+  }
+};
 
 // Every frame in turn, leaning on the one before.
 std::vector<FrameEstimate> estimate_forwards(const std::vector<ObservedFrame>& frames,
                                              FrameEstimator& estimator,
-                                             const StopQuestion& stop) {
+                                             const PassQuestion& stop) {
   std::vector<FrameEstimate> estimates;
   estimates.reserve(frames.size());
   for (const ObservedFrame& frame : frames) {
-    if (stop && stop()) break;
+    if (stop(estimates.size(), frames.size())) break;
     estimates.push_back(estimator.next(frame));
   }
   return estimates;
@@ -113,17 +172,14 @@ std::vector<FrameEstimate> estimate_forwards(const std::vector<ObservedFrame>& f
 void improve_in_windows(std::vector<FrameEstimate>& estimates,
                         FrameEstimator& estimator,
                         const RefineOptions& options,
-                        const StopQuestion& stop) {
+                        const PassQuestion& stop) {
   constexpr std::size_t kCarried = 2;
   const auto keep = static_cast<std::size_t>(options.window_frames);
   const auto ahead = static_cast<std::size_t>(options.lookahead_frames);
   for (std::size_t begin = 0; begin < estimates.size(); begin += keep) {
     const std::size_t from = begin - std::min(begin, kCarried);
     const std::size_t end = std::min(estimates.size(), begin + keep + ahead);
-    // Once per frame, as the first pass does: who is asked also counts.
-    for (std::size_t t = begin; t < std::min(end, begin + keep); ++t) {
-      if (stop && stop()) return;
-    }
+    if (stop(begin, estimates.size())) return;
     estimator.improve(std::span(estimates).subspan(from, end - from),
                       static_cast<int>(begin - from));
   }
@@ -240,7 +296,7 @@ ContractionTrack retarget(const std::vector<ContourSet>& contours,
                           const FaceModel& face,
                           const RetargetOptions& options,
                           RetargetReport& report,
-                          const StopQuestion& stop) {
+                          const RetargetQuestion& stop) {
   options.check();
   report = {};
   report.response_not_converged = face.response.settles_not_converged;
@@ -248,9 +304,13 @@ ContractionTrack retarget(const std::vector<ContourSet>& contours,
   const Calibration calibration = calibrate_clip(usable.frames, face, options, report);
 
   FrameEstimator estimator(calibration, options, face.lattice);
-  std::vector<FrameEstimate> estimates = estimate_forwards(usable.frames, estimator, stop);
-  if (options.refine && !options.causal) {
-    improve_in_windows(estimates, estimator, options.refinement, stop);
+  const bool in_windows = options.refine && !options.causal;
+  const int num_passes = in_windows ? 2 : 1;
+  std::vector<FrameEstimate> estimates =
+      estimate_forwards(usable.frames, estimator, {stop, 0, num_passes});
+  const bool stopped = estimates.size() < usable.frames.size();
+  if (in_windows && !stopped) {
+    improve_in_windows(estimates, estimator, options.refinement, {stop, 1, num_passes});
   }
   judge_all(estimates, estimator, calibration.response, options);
 
@@ -266,6 +326,7 @@ ContractionTrack retarget(const std::vector<ContourSet>& contours,
                                estimate.posterior.influence});
   }
   report.lattice = estimator.lattice_figures();
+  report.jaw_carry = calibration.jaw_carry;
   report.face_unit_px = calibration.performer.face_unit_px;
   report.millimetre_per_px = calibration.performer.millimetre_per_px;
   report.median_residual_px = median_residual(track);

@@ -3,6 +3,7 @@
 // response, frame by frame as a live performance asks for, and for files once more in windows.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -12,7 +13,6 @@
 #include "retarget/profile.h"
 #include "retarget/refine.h"
 #include "retarget/response.h"
-#include "src/base/stop.h"
 #include "tracker/contour_set.h"
 
 namespace zygoma {
@@ -55,6 +55,7 @@ struct RetargetReport {
   int neutral_frame = -1;  // of the clip; -1: from the profile
   std::vector<std::string> neutral_doubts;
   double profile_difference = 0.0;  // of the proportions of the face, clip against profile
+  double jaw_carry = 1.0;           // of the corners of the mouth, times the model's (jaw_carry.h)
   double face_unit_px = 0.0;        // the unit of displacements in the neutral frame
   double millimetre_per_px = 0.0;   // at the neutral frame, assuming the model's proportions
   int frames_estimated = 0;
@@ -66,6 +67,9 @@ struct RetargetReport {
   std::vector<FrameInsight> insights;  // of the frames that were refined
 };
 
+// Asked now and then, with the share of the work that is done: should it stop?
+using RetargetQuestion = std::function<bool(double done)>;
+
 // One Contractions per ContourSet, muscles named as in the anatomy. Frames without contours have
 // empty values and success = false. Throws InputError when no frame has contours. When `stop` says
 // so, the track ends with the frames done by then.
@@ -76,6 +80,6 @@ ContractionTrack retarget(const std::vector<ContourSet>& contours,
                           const FaceModel& face,
                           const RetargetOptions& options,
                           RetargetReport& report,
-                          const StopQuestion& stop = {});
+                          const RetargetQuestion& stop = {});
 
 }  // namespace zygoma

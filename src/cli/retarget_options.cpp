@@ -98,12 +98,8 @@ Retargeted RetargetingOptions::retarget(const std::vector<ContourSet>& contours,
   Retargeted result;
   context.progress.begin("retarget", static_cast<int>(contours.size()));
   const Stopwatch watch;
-  // The stage asks once per frame and pass whether to stop, which is also the moment to say how far
-  // it is.
-  const int num_passes = options.refine && !options.causal ? 2 : 1;
-  int num_asked = 0;
-  const StopQuestion stop = [&] {
-    context.progress.update(num_asked++ / num_passes);
+  const RetargetQuestion stop = [&](double done) {
+    context.progress.update(static_cast<int>(done * static_cast<double>(contours.size())));
     return context.stop();
   };
   const FaceModel face{response, &lattice, profile()};

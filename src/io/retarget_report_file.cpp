@@ -120,6 +120,7 @@ void write_retarget_report(const std::string& path,
                       {"frames_estimated", report.frames_estimated},
                       {"frames_not_converged", report.frames_not_converged},
                       {"face_unit_px", rounded(report.face_unit_px)},
+                      {"jaw_carry", rounded(report.jaw_carry)},
                       {"contours", contours},
                       {"controls", controls},
                       {"frames_to_look_at", suspects}};

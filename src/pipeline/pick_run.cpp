@@ -87,6 +87,10 @@ double about_ms(const RunQuality& quality, double num_frames) {
          quality.about_frame_ms * (num_frames + static_cast<double>(kTrialFrames));
 }
 
+RetargetQuestion question_of(const RunTask& task) {
+  return [&task](double) { return task.stop && task.stop(); };
+}
+
 // What finding the neutral takes, which does not depend on the number of frames.
 double neutral_ms(const std::vector<ContourSet>& stretch,
                   const FaceModel& face,
@@ -96,7 +100,7 @@ double neutral_ms(const std::vector<ContourSet>& stretch,
   options.refine = false;
   RetargetReport report;
   const Stopwatch watch;
-  retarget(stretch, face, options, report, task.stop);
+  retarget(stretch, face, options, report, question_of(task));
   return watch.elapsed_ms();
 }
 
@@ -135,7 +139,7 @@ RunCost try_quality(const RunQuality& quality, RunFaces& faces, const RunTask& t
   options.neutral_frame = seen->frame_index;
   RetargetReport report;
   const Stopwatch watch;
-  const ContractionTrack track = retarget(stretch, face, options, report, task.stop);
+  const ContractionTrack track = retarget(stretch, face, options, report, question_of(task));
   cost.frame_ms = watch.elapsed_ms() / num_frames;
   if (track.frames.empty() || (task.stop && task.stop())) return cost;
 

@@ -284,9 +284,8 @@ TradeoffStage measure_retarget(const TradeoffClip& clip,
     row.family = choice.family;
     row.choice = choice.words;
     observer.begin("retarget: " + choice.family + ", " + choice.words, num_frames);
-    int asked = 0;
-    const StopQuestion ask = [&] {
-      observer.update(std::min(num_frames, asked++ / 2));
+    const RetargetQuestion ask = [&](double done) {
+      observer.update(static_cast<int>(done * num_frames));
       stage.stopped = stage.stopped || (stop && stop());
       return stage.stopped;
     };

@@ -322,9 +322,14 @@ TEST(Retarget, SameBitsOnRepetitionAndStopsWhenAsked) {
   const ContractionTrack first = retarget(clip.contours, {face}, {}, report);
   EXPECT_EQ(first, retarget(clip.contours, {face}, {}, report));
   int asked = 0;
-  const ContractionTrack stopped =
-      retarget(clip.contours, {face}, {}, report, [&asked] { return ++asked > 10; });
+  double last = 0.0;
+  const ContractionTrack stopped = retarget(clip.contours, {face}, {}, report, [&](double done) {
+    EXPECT_GE(done, last);
+    last = done;
+    return ++asked > 10;
+  });
   EXPECT_EQ(stopped.frames.size(), 10U);
+  EXPECT_LT(last, 0.5);
 }
 
 }  // namespace
