@@ -9,8 +9,8 @@
 namespace zygoma {
 namespace {
 
-constexpr int kReach = 56;            // chart px from within the mouth outwards
-constexpr int kInside = 26;           // chart px within the corner where the walk begins
+constexpr int kReach = 53;            // chart px from within the mouth outwards
+constexpr int kInside = 23;           // chart px within the corner where the walk begins
 constexpr int kBefore = 2;            // chart px before its end the seam's height is read
 constexpr int kBeforeStep = 16;       // chart px of the seam that are held against
 constexpr int kAfterStep = 12;        // as many of what comes after it
