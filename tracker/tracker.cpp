@@ -40,9 +40,11 @@ constexpr double kClearEdge = 0.25;  // evidence, of which one is the strongest 
 constexpr double kNearness_px = 1.5;
 constexpr double kUsualness_px = 8.0;
 constexpr double kTrustedOutline = 0.5;  // of the evidence at the start, under the mouth model
-constexpr double kPriorQuality = 0.5;    // as flow that was seen fairly well
-constexpr double kUnseenQuality = 0.5;   // of nodes that no flow was asked for
-constexpr double kSameScene = 0.5;       // correlation of the middle of the face, frame to frame
+// Of what the start showed the model to be off by: the rest it may correct.
+constexpr double kBesideModel = 0.5;
+constexpr double kPriorQuality = 0.5;   // as flow that was seen fairly well
+constexpr double kUnseenQuality = 0.5;  // of nodes that no flow was asked for
+constexpr double kSameScene = 0.5;      // correlation of the middle of the face, frame to frame
 
 Part part_of(size_t feature) {
   switch (feature) {
@@ -289,8 +291,9 @@ struct Tracker::Impl {
   ContourNodes at_start;  // where the contours were placed
   LipMap lips;
   Mouth mouth;
-  Mouth rest;               // where it started, closed
-  std::array<Lid, 2> lids;  // left, right
+  Mouth rest;                 // where it started, closed
+  std::array<Lid, 2> lids;    // left, right
+  ContourNodes beside_model;  // the lips where they started, less the model's outline there
   SeamCorners seam;
   ChinPatch chin_patch;
   std::array<double, kNumFeatures> confidence{};
@@ -308,6 +311,7 @@ struct Tracker::Impl {
   void look_again(const Picture& picture);
   void restart_at(const Picture& picture, const FaceEyes& eyes);
   void restart_from(const FaceChart& chart, const ContourNodes& given_nodes = {});
+  void compare_with_model(const FaceChart& chart);
   bool follow(const Picture& picture);
   std::vector<Point2> follow_chin(const FaceChart& chart, double& sight) const;
   bool follow_head(const Picture& picture, FaceChart& chart);
@@ -419,6 +423,7 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
   rest = placed.rest;
   seam.forget();
   chin_patch.learn(chart.grey, middle_of(contours[kChinBoss]));
+  compare_with_model(chart);
   judge_start(make_evidence(chart, lips), given_nodes);
   last = chart;
   head_anchor = core_of(chart);
@@ -432,6 +437,20 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
   age = 0;
   coasted = 0;
   report.started = true;
+}
+
+// What the model takes for the lips of the start lies a little beside them, as pale lips are half
+// skin to it. Where it lies later is read against that.
+void Tracker::Impl::compare_with_model(const FaceChart& chart) {
+  EvidenceOptions places;
+  places.nose_base_px = contours[kNoseTip][contours[kNoseTip].size() / 2].y();
+  places.mouth_line_px = 0.5 * (contours[kUpperLip].front().y() + contours[kUpperLip].back().y());
+  const Mouth seen = follow_mouth(make_evidence(chart, lips, places), mouth, rest);
+  for (const FeatureIndex f : {kUpperLip, kLowerLip}) {
+    beside_model[f] = contours[f];
+    const std::vector<Point2> outline = lip_nodes(seen, f == kUpperLip);
+    for (size_t i = 0; i < outline.size(); ++i) beside_model[f][i] -= outline[i];
+  }
 }
 
 // Takes the head's motion off: on return `chart` shows the face where the last chart showed it.
@@ -587,7 +606,9 @@ void Tracker::Impl::draw_lips(const Evidence& evidence, ContourNodes& target) {
   const double trust = trust_in(found_mouth, evidence);
   if (trust > 0.5) mouth = found_mouth;
   for (const FeatureIndex f : {kUpperLip, kLowerLip}) {
-    draw(lip_nodes(found_mouth, f == kUpperLip), trust * options.model_share, target[f]);
+    std::vector<Point2> outline = lip_nodes(found_mouth, f == kUpperLip);
+    for (size_t i = 0; i < outline.size(); ++i) outline[i] += kBesideModel * beside_model[f][i];
+    draw(outline, trust * options.model_share, target[f]);
   }
 }
 
