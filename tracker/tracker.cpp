@@ -291,9 +291,9 @@ struct Tracker::Impl {
   ContourNodes at_start;  // where the contours were placed
   LipMap lips;
   Mouth mouth;
-  Mouth rest;                 // where it started, closed
-  std::array<Lid, 2> lids;    // left, right
-  ContourNodes beside_model;  // the lips where they started, less the model's outline there
+  Mouth rest;                        // where it started, closed
+  std::array<Lid, 2> lids;           // left, right
+  std::vector<Point2> beside_model;  // the upper lip where it started, less the model's there
   SeamCorners seam;
   ChinPatch chin_patch;
   std::array<double, kNumFeatures> confidence{};
@@ -439,18 +439,17 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
   report.started = true;
 }
 
-// What the model takes for the lips of the start lies a little beside them, as pale lips are half
-// skin to it. Where it lies later is read against that.
+// A pale upper lip is half skin to the model, which leaves it out and lies on its inner edge. Where
+// the model has the lip later is read against where it had it at the start.
 void Tracker::Impl::compare_with_model(const FaceChart& chart) {
+  const std::vector<Point2>& lip = contours[kUpperLip];
   EvidenceOptions places;
   places.nose_base_px = contours[kNoseTip][contours[kNoseTip].size() / 2].y();
-  places.mouth_line_px = 0.5 * (contours[kUpperLip].front().y() + contours[kUpperLip].back().y());
+  places.mouth_line_px = 0.5 * (lip.front().y() + lip.back().y());
   const Mouth seen = follow_mouth(make_evidence(chart, lips, places), mouth, rest);
-  for (const FeatureIndex f : {kUpperLip, kLowerLip}) {
-    beside_model[f] = contours[f];
-    const std::vector<Point2> outline = lip_nodes(seen, f == kUpperLip);
-    for (size_t i = 0; i < outline.size(); ++i) beside_model[f][i] -= outline[i];
-  }
+  const std::vector<Point2> outline = lip_nodes(seen, true);
+  beside_model = lip;
+  for (size_t i = 0; i < outline.size(); ++i) beside_model[i] -= outline[i];
 }
 
 // Takes the head's motion off: on return `chart` shows the face where the last chart showed it.
@@ -607,7 +606,9 @@ void Tracker::Impl::draw_lips(const Evidence& evidence, ContourNodes& target) {
   if (trust > 0.5) mouth = found_mouth;
   for (const FeatureIndex f : {kUpperLip, kLowerLip}) {
     std::vector<Point2> outline = lip_nodes(found_mouth, f == kUpperLip);
-    for (size_t i = 0; i < outline.size(); ++i) outline[i] += kBesideModel * beside_model[f][i];
+    if (f == kUpperLip) {
+      for (size_t i = 0; i < outline.size(); ++i) outline[i] += kBesideModel * beside_model[i];
+    }
     draw(outline, trust * options.model_share, target[f]);
   }
 }
