@@ -448,8 +448,9 @@ void Tracker::Impl::compare_with_model(const FaceChart& chart) {
   places.mouth_line_px = 0.5 * (lip.front().y() + lip.back().y());
   const Mouth seen = follow_mouth(make_evidence(chart, lips, places), mouth, rest);
   const std::vector<Point2> outline = lip_nodes(seen, true);
-  beside_model = lip;
-  for (size_t i = 0; i < outline.size(); ++i) beside_model[i] -= outline[i];
+  beside_model.assign(lip.size(), Point2::Zero());
+  if (mouth.p != rest.p) return;  // open: the teeth below a lip misplace it at the start, too
+  for (size_t i = 0; i < outline.size(); ++i) beside_model[i] = lip[i] - outline[i];
 }
 
 // Takes the head's motion off: on return `chart` shows the face where the last chart showed it.
