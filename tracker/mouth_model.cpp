@@ -11,6 +11,7 @@ constexpr double kThreshold = 0.45;  // of the lip map (of one) between skin and
 constexpr double kUsualArea = 0.14;  // of a mouth, square eye distances
 constexpr double kRegionWeight = 1.5;
 constexpr int kColumns = 24;
+constexpr double kLineWidth_px = 4.0;  // of the seam as the smoothed picture has it
 // How far a mouth goes from its rest, and how much that counts: enough to come home by.
 constexpr std::array<double, Mouth::kNumParameters> kMotion{0.1, 0.14, 0.05, 0.05, 0.1, 0.05, 0.06};
 constexpr double kRestWeight = 0.03;
@@ -70,6 +71,24 @@ double region_gain(const Evidence& evidence, const std::vector<double>& p) {
   return sum * column_width / (kUsualArea * kChartEyeDistance * kChartEyeDistance);
 }
 
+// How much of the middle of an upper border lies on the upper edge of a dark line, not of a lip:
+// brightness rises again a line's width below it. Towards the corners it does so on any mouth.
+double line_under(const Evidence& evidence, const std::vector<double>& p) {
+  static const std::vector<Station> places = [] {
+    std::vector<Station> middle = stations(9, false);
+    std::erase_if(middle, [](const Station& at) { return std::abs(at.s) > 0.5; });
+    return middle;
+  }();
+  double sum = 0.0;
+  for (const Station& at : places) {
+    const Point2 q = outline(p, true, at);
+    const double fall = -evidence.fine.image_gradient(q).y();
+    const double rise = evidence.fine.image_gradient(q + Point2(0.0, kLineWidth_px)).y();
+    sum += std::max(0.0, std::min(fall, rise));
+  }
+  return sum / static_cast<double>(places.size());
+}
+
 double mouth_evidence(const Evidence& evidence, const std::vector<double>& p, bool use_region) {
   // An outline turned inside out is no mouth, nor is one that takes in the chin.
   if (p[Mouth::kUpper] < 0.01 || p[Mouth::kLower] < 0.02 || p[Mouth::kLower] > 0.62) return -10.0;
@@ -93,14 +112,14 @@ std::vector<Point2> lip_nodes(const Mouth& mouth, bool upper) {
   return nodes;
 }
 
-Mouth find_mouth(const Evidence& evidence, const Mouth& usual, bool use_region) {
+Mouth find_mouth(const Evidence& evidence, const Mouth& usual, bool use_region, double line_cost) {
   ShapeFamily family;
   family.usual = usual.p;
   family.spread = {0.08, 0.06, 0.03, 0.05, 0.045, 0.03, 0.02};
   family.reach = {0.26, 0.14, 0.09, 0.09, 0.14, 0.05, 0.08};
   family.prior_weight = 0.08;
   family.evidence = [&](const std::vector<double>& p) {
-    return mouth_evidence(evidence, p, use_region);
+    return mouth_evidence(evidence, p, use_region) - line_cost * line_under(evidence, p);
   };
   return {search(family)};
 }

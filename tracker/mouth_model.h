@@ -28,7 +28,9 @@ struct Mouth {
 std::vector<Point2> lip_nodes(const Mouth& mouth, bool upper);
 
 // Without history: over all mouths about a usual one. `use_region` only with a learned lip map.
-Mouth find_mouth(const Evidence& evidence, const Mouth& usual, bool use_region);
+// `line_cost`, [0, 1], of an upper border on a dark line: where the upper lip is pale the seam has
+// the stronger edge, but that is where it ends.
+Mouth find_mouth(const Evidence& evidence, const Mouth& usual, bool use_region, double line_cost);
 // With history: the better of climbs from the last mouth and from the most promising of the
 // person's resting mouth closed, open and smiling, so that no quick move leaves the search in the
 // wrong hollow. The prior holds the last mouth.

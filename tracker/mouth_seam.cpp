@@ -9,23 +9,26 @@
 namespace zygoma {
 namespace {
 
-constexpr int kReach = 44;        // chart px from within the mouth outwards
-constexpr int kInside = 20;       // chart px within the corner where the walk begins
-constexpr int kBefore = 2;        // chart px before its end the seam's height is read
-constexpr int kStep = 10;         // chart px on either side of the step
-constexpr int kAcross = 4;        // chart px of the second difference
-constexpr int kHeight = 24;       // chart px of the picture above and below the corners
-constexpr int kSeamSearch = 6;    // chart px above and below, where the walk begins
-constexpr double kStay = 0.02;    // of the seam's strength, per chart px away from the corner
-constexpr double kOutlier = 5.0;  // chart px of disagreement beyond which the seam is doubted
-constexpr double kShare = 0.6;    // of the seam's word
-constexpr int kMemory = 100;      // frames
+constexpr int kReach = 53;            // chart px from within the mouth outwards
+constexpr int kInside = 23;           // chart px within the corner where the walk begins
+constexpr int kBefore = 2;            // chart px before its end the seam's height is read
+constexpr int kBeforeStep = 16;       // chart px of the seam that are held against
+constexpr int kAfterStep = 12;        // as many of what comes after it
+constexpr int kAcross = 4;            // chart px of the second difference
+constexpr int kHeight = 24;           // chart px of the picture above and below the corners
+constexpr int kSeamSearch = 6;        // chart px above and below, where the walk begins
+constexpr double kStay = 0.02;        // of the seam's strength, per chart px away from the corner
+constexpr double kOutlier = 5.0;      // chart px of disagreement beyond which the seam is doubted
+constexpr double kShareAlong = 0.6;   // of the seam's word on how far out the corner is
+constexpr double kShareAcross = 0.8;  // and on its height, which no crease prolongs
+constexpr int kFirst = 10;            // frames that the first counts for
+constexpr int kMemory = 300;          // frames
 
 // How much a pixel lies on a dark line that runs across the picture.
 cv::Mat darkness_of_lines(const cv::Mat& grey) {
   cv::Mat smooth, wide;
   grey.convertTo(wide, CV_32F);
-  cv::GaussianBlur(wide, smooth, cv::Size(), 1.5, 2.2, cv::BORDER_REPLICATE);
+  cv::GaussianBlur(wide, smooth, cv::Size(), 2.5, 2.2, cv::BORDER_REPLICATE);
   cv::Mat line(2 * kAcross + 1, 1, CV_32F, cv::Scalar(0.0));
   line.at<float>(0) = line.at<float>(2 * kAcross) = 0.25F;
   line.at<float>(kAcross) = -0.5F;
@@ -69,16 +72,16 @@ Point2 seam_end(const cv::Mat& map, int x0, int row, int outwards, const Point2&
   const double stay = kStay * sorted[kReach / 2];
   const auto gain = [&](int t) {
     const auto at = [&](int k) { return sum[static_cast<size_t>(k)]; };
-    return (2.0 * at(t) - at(t - kStep) - at(t + kStep)) / kStep -
+    return (at(t) - at(t - kBeforeStep)) / kBeforeStep - (at(t + kAfterStep) - at(t)) / kAfterStep -
            stay * std::abs(x0 + outwards * t - corner.x());
   };
-  int best = kStep;
-  for (int t = kStep; t < kReach - kStep; ++t) {
+  int best = kBeforeStep;
+  for (int t = kBeforeStep; t < kReach - kAfterStep; ++t) {
     if (gain(t) > gain(best)) best = t;
   }
   if (!(gain(best) > 0.0)) return corner;
   double end = best;
-  if (best > kStep && best + 1 < kReach - kStep) {
+  if (best > kBeforeStep && best + 1 < kReach - kAfterStep) {
     end += parabola_summit(gain(best - 1), gain(best), gain(best + 1));
   }
   return {x0 + outwards * (end - 0.5), height[static_cast<size_t>(best - kBefore)]};
@@ -110,13 +113,15 @@ MouthCorners find_seam_ends(const cv::Mat& grey, const MouthCorners& corners) {
 
 MouthCorners SeamCorners::refine(const cv::Mat& grey, const MouthCorners& corners) {
   const MouthCorners ends = find_seam_ends(grey, corners);
-  frames_ = std::min(frames_ + 1, kMemory);
+  const bool first = frames_ == 0;
+  frames_ = first ? kFirst : std::min(frames_ + 1, kMemory);
   MouthCorners refined = corners;
   for (size_t side = 0; side < kNumCorners; ++side) {
     const Point2 found = ends[side] - corners[side];
-    usual_px_[side] += (found - usual_px_[side]) / frames_;
+    usual_px_[side] = first ? found : usual_px_[side] + (found - usual_px_[side]) / frames_;
     const Point2 news = found - usual_px_[side];
-    refined[side] += kShare / (1.0 + news.squaredNorm() / (kOutlier * kOutlier)) * news;
+    const double trust = 1.0 / (1.0 + news.squaredNorm() / (kOutlier * kOutlier));
+    refined[side] += trust * Point2(kShareAlong * news.x(), kShareAcross * news.y());
   }
   return refined;
 }

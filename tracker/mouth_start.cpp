@@ -1,6 +1,7 @@
 #include "tracker/mouth_start.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -33,15 +34,18 @@ const std::array<UsualMouth, 5>& usual_mouths() {
 }
 
 // The mouth near a usual one, and what its outline teaches of the lips.
-MouthStart find_near(const Mouth& usual, const FaceChart& chart, const Evidence& unlearned) {
+MouthStart find_near(const Mouth& usual,
+                     const FaceChart& chart,
+                     const Evidence& unlearned,
+                     double line_cost) {
   MouthStart found;
-  found.mouth = find_mouth(unlearned, usual, false);
+  found.mouth = find_mouth(unlearned, usual, false, line_cost);
   for (int round = 1; round < kRounds; ++round) {
     const std::vector<Point2> upper = lip_nodes(found.mouth, true);
     if (!found.lips.learn(chart.colour, upper, lip_nodes(found.mouth, false))) break;
     EvidenceOptions places;
     places.mouth_line_px = upper.front().y();
-    found.mouth = find_mouth(make_evidence(chart, found.lips, places), usual, true);
+    found.mouth = find_mouth(make_evidence(chart, found.lips, places), usual, true, line_cost);
   }
   return found;
 }
@@ -80,22 +84,31 @@ Region region_of(const cv::Mat& soft, const cv::Mat& mask) {
   return region;
 }
 
+cv::Mat with_margin(const cv::Mat& mask) {
+  const cv::Size margin(2 * kMargin + 1, 2 * kMargin + 1);
+  cv::Mat grown;
+  cv::dilate(mask, grown, cv::getStructuringElement(cv::MORPH_ELLIPSE, margin));
+  return grown;
+}
+
 }  // namespace
 
 MouthStart start_mouth(const FaceChart& chart) {
+  cv::Mat soft;
+  cv::GaussianBlur(chart.colour, soft, cv::Size(), kBlur_px);
+  const cv::Mat usual_place = with_margin(inside_of(Mouth(), soft.size()));
+  // Without colour, teeth under a lip are bright below a dark line, too.
+  const double line_cost = std::min(1.0, region_of(soft, usual_place).covariance(0, 0) / kFloor[0]);
   const Evidence unlearned = make_evidence(chart, LipMap());
   std::vector<MouthStart> found;
   std::vector<cv::Mat> inside;
-  cv::Mat picture = cv::Mat::zeros(chart.colour.size(), CV_8U);
+  cv::Mat picture = cv::Mat::zeros(soft.size(), CV_8U);
   for (const UsualMouth& usual : usual_mouths()) {
-    found.push_back(find_near(usual.mouth, chart, unlearned));
+    found.push_back(find_near(usual.mouth, chart, unlearned, line_cost));
     inside.push_back(inside_of(found.back().mouth, picture.size()));
     picture |= inside.back();
   }
-  const cv::Size margin(2 * kMargin + 1, 2 * kMargin + 1);
-  cv::dilate(picture, picture, cv::getStructuringElement(cv::MORPH_ELLIPSE, margin));
-  cv::Mat soft;
-  cv::GaussianBlur(chart.colour, soft, cv::Size(), kBlur_px);
+  picture = with_margin(picture);
   const Region whole = region_of(soft, picture);
   const double hue_variance = whole.covariance(0, 0);
   const double shade = kShade * hue_variance / (hue_variance + kFloor[0]);

@@ -40,9 +40,11 @@ constexpr double kClearEdge = 0.25;  // evidence, of which one is the strongest 
 constexpr double kNearness_px = 1.5;
 constexpr double kUsualness_px = 8.0;
 constexpr double kTrustedOutline = 0.5;  // of the evidence at the start, under the mouth model
-constexpr double kPriorQuality = 0.5;    // as flow that was seen fairly well
-constexpr double kUnseenQuality = 0.5;   // of nodes that no flow was asked for
-constexpr double kSameScene = 0.5;       // correlation of the middle of the face, frame to frame
+// Of what the start showed the model to be off by: the rest it may correct.
+constexpr double kBesideModel = 0.5;
+constexpr double kPriorQuality = 0.5;   // as flow that was seen fairly well
+constexpr double kUnseenQuality = 0.5;  // of nodes that no flow was asked for
+constexpr double kSameScene = 0.5;      // correlation of the middle of the face, frame to frame
 
 Part part_of(size_t feature) {
   switch (feature) {
@@ -291,8 +293,9 @@ struct Tracker::Impl {
   ContourNodes at_start;  // where the contours were placed
   LipMap lips;
   Mouth mouth;
-  Mouth rest;               // where it started, closed
-  std::array<Lid, 2> lids;  // left, right
+  Mouth rest;                        // where it started, closed
+  std::array<Lid, 2> lids;           // left, right
+  std::vector<Point2> beside_model;  // the upper lip where it started, less the model's there
   SeamCorners seam;
   ChinPatch chin_patch;
   std::array<double, kNumFeatures> confidence{};
@@ -310,6 +313,7 @@ struct Tracker::Impl {
   void look_again(const Picture& picture);
   void restart_at(const Picture& picture, const FaceEyes& eyes);
   void restart_from(const FaceChart& chart, const ContourNodes& given_nodes = {});
+  void compare_with_model(const FaceChart& chart);
   bool follow(const Picture& picture);
   std::vector<Point2> follow_chin(const FaceChart& chart, double& sight) const;
   bool follow_head(const Picture& picture, FaceChart& chart);
@@ -421,6 +425,7 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
   rest = placed.rest;
   seam.forget();
   chin_patch.learn(chart.grey, middle_of(contours[kChinBoss]));
+  compare_with_model(chart);
   judge_start(make_evidence(chart, lips), given_nodes);
   last = chart;
   head_anchor = core_of(chart);
@@ -434,6 +439,20 @@ void Tracker::Impl::restart_from(const FaceChart& chart, const ContourNodes& giv
   age = 0;
   coasted = 0;
   report.started = true;
+}
+
+// A pale upper lip is half skin to the model, which leaves it out and lies on its inner edge. Where
+// the model has the lip later is read against where it had it at the start.
+void Tracker::Impl::compare_with_model(const FaceChart& chart) {
+  const std::vector<Point2>& lip = contours[kUpperLip];
+  EvidenceOptions places;
+  places.nose_base_px = contours[kNoseTip][contours[kNoseTip].size() / 2].y();
+  places.mouth_line_px = 0.5 * (lip.front().y() + lip.back().y());
+  const Mouth seen = follow_mouth(make_evidence(chart, lips, places), mouth, rest);
+  const std::vector<Point2> outline = lip_nodes(seen, true);
+  beside_model.assign(lip.size(), Point2::Zero());
+  if (mouth.p != rest.p) return;  // open: the teeth below a lip misplace it at the start, too
+  for (size_t i = 0; i < outline.size(); ++i) beside_model[i] = lip[i] - outline[i];
 }
 
 // Takes the head's motion off: on return `chart` shows the face where the last chart showed it.
@@ -589,7 +608,11 @@ void Tracker::Impl::draw_lips(const Evidence& evidence, ContourNodes& target) {
   const double trust = trust_in(found_mouth, evidence);
   if (trust > 0.5) mouth = found_mouth;
   for (const FeatureIndex f : {kUpperLip, kLowerLip}) {
-    draw(lip_nodes(found_mouth, f == kUpperLip), trust * options.model_share, target[f]);
+    std::vector<Point2> outline = lip_nodes(found_mouth, f == kUpperLip);
+    if (f == kUpperLip) {
+      for (size_t i = 0; i < outline.size(); ++i) outline[i] += kBesideModel * beside_model[i];
+    }
+    draw(outline, trust * options.model_share, target[f]);
   }
 }
 
