@@ -1,6 +1,5 @@
 #include "face/effect.h"
 
-
 #include "src/base/names.h"
 
 namespace zygoma {

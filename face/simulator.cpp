@@ -44,7 +44,7 @@ TissueModel without_inertia(const TissueModel& tissue) {
 constexpr double kCreepS = 0.5;        // a face that creeps goes on at that speed for about so long
 constexpr double kSteadyShare = 0.01;  // of the tolerance: controls that move the face less stand
 constexpr double kUnseenShare = 0.5;   // of the tolerance: a frame that moves no more is left out
-constexpr double kNearShare = 0.1;     // of the tolerance: a frame this near to its end is done
+constexpr double kNearShare = 0.05;    // of the tolerance: a frame this near to its end is done
 
 // Contractions, and the jaw last.
 std::vector<double> all_of(const Controls& controls) {
