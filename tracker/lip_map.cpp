@@ -103,7 +103,6 @@ bool LipMap::learn(const cv::Mat& bgr,
   mean_ = mean;
   whiten_ = whiten;
   scale_ = *middle / std::sqrt(-2.0F * std::log(1.0F - kLipLevel));
-  separation_ = static_cast<double>(*middle);
   learned_ = true;
   return true;
 }

@@ -40,15 +40,12 @@ class LipMap {
              const std::vector<Point2>& upper_lip,
              const std::vector<Point2>& lower_lip);
   bool learned() const { return learned_; }
-  // How far the lips learned from are from the skin, in spreads of the skin.
-  double separation() const { return separation_; }
 
   // The map of a part of the chart, float, [0, 255].
   cv::Mat apply(const cv::Mat& bgr) const;
 
  private:
   bool learned_ = false;
-  double separation_ = 0.0;
   Eigen::Vector3f mean_ = Eigen::Vector3f::Zero();
   Eigen::Matrix3f whiten_ = Eigen::Matrix3f::Identity();  // L^-1 of the covariance L L^T
   float scale_ = 1.0F;                                    // c

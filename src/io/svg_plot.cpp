@@ -219,17 +219,23 @@ class PanelDrawing {
     if (named) name_point(at_x(series.x[k]), at_y(series.y[k]), series.names[k]);
   }
 
-  // Below the point, further down where another name is already.
+  // Below the point, further down where another name is already; above it where that leaves the
+  // plot.
   void name_point(double x, double y, const std::string& name) {
     const double half = 0.5 * text_width(name);
+    const double lowest = origin_y_ + kPlotHeight - 4.0;
     NamePlace place{std::clamp(x, origin_x_ + half, origin_x_ + kPlotWidth - half),
-                    std::min(y + 19.0, origin_y_ + kPlotHeight - 4.0),
+                    std::min(y + 19.0, lowest),
                     half};
     const auto hits = [&](const NamePlace& other) {
       return std::abs(place.x - other.x) < place.half + other.half + 4.0 &&
              std::abs(place.y - other.y) < kLabelSpacing;
     };
     while (std::any_of(names_.begin(), names_.end(), hits)) place.y += kLabelSpacing;
+    if (place.y > lowest) {
+      place.y = y - 11.0;
+      while (std::any_of(names_.begin(), names_.end(), hits)) place.y -= kLabelSpacing;
+    }
     names_.push_back(place);
     // On a white rim, as it may lie on lines and other points.
     name_texts_ +=
