@@ -14,17 +14,8 @@ constexpr double kForceShare = 0.4;     // of the tolerance, as the stretch a no
 
 }  // namespace
 
-void ActiveRegion::restrict_energy() {
-  const Lattice& lattice = energy_.lattice();
-  std::vector<char> nodes(lattice.rest_mm.size(), 0);
-  for (int node = 0; node < lattice.num_free_nodes; ++node) {
-    nodes[node] = moving_[lattice.column_of[node]];
-  }
-  energy_.restrict_to(nodes);
-}
-
 void ActiveRegion::restrict_all(EquilibriumSolver& solver) {
-  restrict_energy();
+  energy_.restrict_to_columns(moving_);
   solver.restrict_to(moving_);
 }
 
@@ -81,7 +72,7 @@ bool ActiveRegion::grow(double still_mm, const FaceState& state, EquilibriumSolv
   }
   const bool changed = grown != moving_;
   moving_ = std::move(grown);
-  restrict_energy();
+  energy_.restrict_to_columns(moving_);
   if (changed) solver.restrict_to(moving_);
   return changed;
 }

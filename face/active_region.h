@@ -39,7 +39,6 @@ class ActiveRegion {
   double moving_share() const;
 
  private:
-  void restrict_energy();
   void restrict_all(EquilibriumSolver& solver);
 
   FaceEnergy& energy_;

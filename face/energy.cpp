@@ -122,6 +122,14 @@ void FaceEnergy::restrict_to(const std::vector<char>& moving) {
   }
 }
 
+void FaceEnergy::restrict_to_columns(const std::vector<char>& moving) {
+  std::vector<char> nodes(lattice_.rest_mm.size(), 0);
+  for (int node = 0; node < lattice_.num_free_nodes; ++node) {
+    nodes[node] = moving[lattice_.column_of[node]];
+  }
+  restrict_to(nodes);
+}
+
 double FaceEnergy::evaluate(const std::vector<Vec3>& x, Eigen::VectorXd& gradient) const {
   gradient.setZero(3 * num_nodes());
   double energy = springs_.add_gradient(x, gradient);

@@ -78,6 +78,8 @@ class FaceEnergy {
 
   // Only the marked nodes move from now on; the others cost nothing.
   void restrict_to(const std::vector<char>& moving);
+  // The same, of the free nodes of the marked columns.
+  void restrict_to_columns(const std::vector<char>& moving);
 
   // Energy; `gradient` gets d(energy)/dx of all nodes. What it says of bone and of nodes that do
   // not move is not complete.

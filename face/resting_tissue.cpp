@@ -48,8 +48,7 @@ RestingTissue::RestingTissue(FaceEnergy& energy, const ControlReach& reach, doub
 }
 
 double RestingTissue::moving_share() const {
-  return static_cast<double>(std::count(moving_.begin(), moving_.end(), 1)) /
-         static_cast<double>(moving_.size());
+  return number_of(moving_) / static_cast<double>(moving_.size());
 }
 
 void RestingTissue::wake_all(const std::vector<double>& controls, EquilibriumSolver& solver) {
@@ -69,13 +68,8 @@ std::vector<char> RestingTissue::wanted() const {
 }
 
 void RestingTissue::choose(std::vector<char> moving, EquilibriumSolver& solver) {
-  const Lattice& lattice = energy_.lattice();
   moving_ = std::move(moving);
-  std::vector<char> nodes(lattice.rest_mm.size(), 0);
-  for (int node = 0; node < lattice.num_free_nodes; ++node) {
-    nodes[node] = moving_[lattice.column_of[node]];
-  }
-  energy_.restrict_to(nodes);
+  energy_.restrict_to_columns(moving_);
   solver.restrict_to(moving_);
   for (std::size_t c = 0; c < moving_.size(); ++c) {
     if (moving_[c]) drift_mm_[c] = 0.0;

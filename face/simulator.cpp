@@ -199,11 +199,12 @@ struct Simulator::Impl {
   void minimise(double share_of_load,
                 double way_left_mm,
                 std::vector<Vec3>& x,
-                SettleReport& report) {
+                SettleReport& report,
+                const std::vector<Vec3>* start = nullptr) {
     const EquilibriumReport solved =
         solver.solve(x,
                      {share_of_load, smallest_load, options.max_iterations, way_left_mm, near_mm},
-                     {coasted.empty() ? nullptr : &coasted, ahead.empty() ? nullptr : &ahead});
+                     {start, ahead.empty() ? nullptr : &ahead});
     report.iterations += solved.iterations;
     report.factorisations += solved.factorisations;
     report.residual = solved.residual_mn / solved.load_mn;
@@ -305,16 +306,20 @@ struct Simulator::Impl {
   // An implicit step. Starts where the velocities lead, if that is lower in energy than where the
   // tissue stands.
   void step_to_minimum(double step_s, FaceState& state, SettleReport& report) {
-    coasted.clear();
-    if (!state.velocities_mm_per_s.empty()) {
+    const bool moves = !state.velocities_mm_per_s.empty();
+    std::vector<Vec3> coasted;
+    if (moves) {
       coasted = state.positions_mm;
       for (int k = 0; k < energy.lattice().num_free_nodes; ++k) {
         coasted[k] += step_s * state.velocities_mm_per_s[k];
       }
     }
     ahead.clear();
-    minimise(options.relative_residual, kWayLeftMm, state.positions_mm, report);
-    coasted.clear();
+    minimise(options.relative_residual,
+             kWayLeftMm,
+             state.positions_mm,
+             report,
+             moves ? &coasted : nullptr);
   }
 
   SettleReport advance_explicitly(const Controls& controls, double step_s, FaceState& state) {
@@ -458,8 +463,7 @@ struct Simulator::Impl {
   Controls known_controls;
   std::vector<Vec3> previous;  // and the one before; empty = none
   Controls previous_controls;
-  std::vector<Vec3> ahead;    // where the tissue is expected some frames from now; empty = unknown
-  std::vector<Vec3> coasted;  // where the velocities lead; empty = no start to be tried
+  std::vector<Vec3> ahead;  // where the tissue is expected some frames from now; empty = unknown
   Eigen::VectorXd scratch;
   double last_step_s = 0.0;  // that the solver has seen; 0 = settled without time
   double smallest_load = 0.0;

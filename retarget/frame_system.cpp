@@ -5,6 +5,7 @@
 #include <string>
 
 #include "src/base/check.h"
+#include "src/base/names.h"
 
 namespace zygoma {
 namespace {
@@ -38,15 +39,11 @@ using NamePair = std::pair<const char*, const char*>;
 // Both sides of pairs of muscles, as indices.
 std::vector<std::pair<int, int>> indices_of(const std::vector<NamePair>& pairs,
                                             const std::vector<std::string>& muscles) {
-  const auto find = [&](const std::string& name) {
-    const auto at = std::find(muscles.begin(), muscles.end(), name);
-    return at == muscles.end() ? -1 : static_cast<int>(at - muscles.begin());
-  };
   std::vector<std::pair<int, int>> result;
   for (const auto& [first, second] : pairs) {
     for (const char* side : {"_L", "_R"}) {
-      const int a = find(std::string(first) + side);
-      const int b = find(std::string(second) + side);
+      const int a = find_name(muscles, std::string(first) + side);
+      const int b = find_name(muscles, std::string(second) + side);
       if (a >= 0 && b >= 0) result.emplace_back(a, b);
     }
   }

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "src/base/check.h"
+#include "src/base/names.h"
 
 namespace zygoma {
 namespace {
@@ -99,10 +100,9 @@ const std::vector<std::string>& smooth_intent_names() {
 
 SmoothIntent parse_smooth_intent(const std::string& name) {
   const auto& names = smooth_intent_names();
-  const auto at = std::find(names.begin(), names.end(), name);
-  require(at != names.end(),
-          "smoothing is '" + name + "'; expected responsive, balanced or stable");
-  return static_cast<SmoothIntent>(at - names.begin());
+  const int place = find_name(names, name);
+  require(place >= 0, "smoothing is '" + name + "'; expected responsive, balanced or stable");
+  return static_cast<SmoothIntent>(place);
 }
 
 double smoothing_width_s(SmoothIntent intent) {

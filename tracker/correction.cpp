@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "src/base/check.h"
+#include "src/base/names.h"
 #include "tracker/initialiser.h"
 
 namespace zygoma {
@@ -310,19 +311,12 @@ void join_corners(const OneContour& upper, const OneContour& lower, size_t k, No
   }
 }
 
-FeatureIndex feature_index(const std::string& name) {
-  for (size_t f = 0; f < kNumFeatures; ++f) {
-    if (kFeatureSchema[f].name == name) return static_cast<FeatureIndex>(f);
-  }
-  return kNumFeatures;
-}
-
 }  // namespace
 
 void Correction::check() const {
   const std::string name = "correction " + std::to_string(id) + ": ";
   require(frame >= 0, name + "frame is " + std::to_string(frame) + ", expected 0 or above");
-  require(feature_index(contour) != kNumFeatures,
+  require(find_name(kFeatureSchema, contour) >= 0,
           name + "contour is \"" + contour + "\", expected a name such as upper_lip");
   require(at_px.allFinite(), name + "x, y: expected finite numbers of pixels");
   require_range(name + "s", along, 0.0, 1.0);

@@ -89,6 +89,16 @@ std::string words_of(const TrackerEffort& effort) {
   return words;
 }
 
+// Of a tracker's or an estimate's choice, before it is measured.
+template <class Choice>
+TradeoffRow row_of(const Choice& choice) {
+  TradeoffRow row;
+  row.quality = choice.name;
+  row.family = choice.family;
+  row.choice = choice.words;
+  return row;
+}
+
 }  // namespace
 
 std::vector<TrackerChoice> tracker_choices() {
@@ -231,10 +241,7 @@ TradeoffStage measure_tracker(const TradeoffClip& clip,
   all.insert(all.end(), choices.begin(), choices.end());
   for (const TrackerChoice& choice : all) {
     const bool is_reference = &choice == &all.front();
-    TradeoffRow row;
-    row.quality = choice.name;
-    row.family = choice.family;
-    row.choice = choice.words;
+    TradeoffRow row = row_of(choice);
     Renamed named(observer, "tracker: " + choice.family + ", " + choice.words);
     const TrackedVideo tracked = track_with(clip, choice, named, stop, row.frame_ms);
     stage.stopped = tracked.stopped;
@@ -279,10 +286,7 @@ TradeoffStage measure_retarget(const TradeoffClip& clip,
   all.insert(all.end(), choices.begin(), choices.end());
   for (const RetargetChoice& choice : all) {
     const bool is_reference = &choice == &all.front();
-    TradeoffRow row;
-    row.quality = choice.name;
-    row.family = choice.family;
-    row.choice = choice.words;
+    TradeoffRow row = row_of(choice);
     observer.begin("retarget: " + choice.family + ", " + choice.words, num_frames);
     const RetargetQuestion ask = [&](double done) {
       observer.update(static_cast<int>(done * num_frames));
