@@ -7,9 +7,8 @@ SpringTerm::SpringTerm(const Lattice& lattice) : lattice_(lattice) {
 }
 
 double SpringTerm::add_gradient(const std::vector<Vec3>& x, Eigen::VectorXd& gradient) const {
-  reset_nodes(x, nodes_);
-  double energy = moving_.energy_and_gradient(nodes_.data());
-  add_gradients(nodes_, gradient);
+  double energy = moving_.energy_and_gradient(nodes_.at(x));
+  nodes_.add_gradients(gradient);
   for (const Spring& spring : literal_) {
     Vec3 g;
     energy += spring_energy(spring, x[spring.j] - x[spring.i], g);
@@ -34,11 +33,18 @@ void SpringTerm::add_hessian(const std::vector<Vec3>& x, HessianSink& sink) cons
 
 void SpringTerm::restrict_to(const std::vector<char>& moving) {
   std::vector<Spring> smooth;
+  std::vector<char> touched(moving.size(), 0);
   literal_.clear();
   for (const Spring& spring : lattice_.springs) {
     if (!moving[spring.i] && !moving[spring.j]) continue;
-    (spring.law.law == SpringLaw::kSmooth ? smooth : literal_).push_back(spring);
+    if (spring.law.law != SpringLaw::kSmooth) {
+      literal_.push_back(spring);
+      continue;
+    }
+    smooth.push_back(spring);
+    touched[spring.i] = touched[spring.j] = 1;
   }
+  nodes_.choose(touched);
   moving_ = SpringSet<double>(smooth, lattice_.rest_mm);
 }
 

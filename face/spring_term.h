@@ -22,7 +22,7 @@ class SpringTerm final : public EnergyTerm {
   const Lattice& lattice_;
   SpringSet<double> moving_;     // those with an end that moves, under the smooth law
   std::vector<Spring> literal_;  // those under the printed one: for study, one by one
-  mutable std::vector<LatticeNode<double>> nodes_;  // workspace
+  mutable TouchedNodes nodes_;   // by those under the smooth law
 };
 
 }  // namespace zygoma

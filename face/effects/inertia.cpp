@@ -25,12 +25,13 @@ class Inertia final : public EnergyTerm, public MemoryTerm {
       mass_kg_.push_back(values["mass_factor"] * lattice.mass_kg[node]);
     }
     y_.resize(mass_kg_.size());
+    restrict_to(std::vector<char>(lattice.rest_mm.size(), 1));
   }
 
   double add_gradient(const std::vector<Vec3>& x, Eigen::VectorXd& gradient) const override {
     if (per_kg_ == 0.0) return 0.0;
     double energy = 0.0;
-    for (std::size_t k = 0; k < mass_kg_.size(); ++k) {
+    for (const int k : moving_) {
       const Vec3 off = x[k] - y_[k];
       const double stiffness = per_kg_ * mass_kg_[k];
       energy += 0.5 * stiffness * off.squaredNorm();
@@ -43,6 +44,13 @@ class Inertia final : public EnergyTerm, public MemoryTerm {
     for (std::size_t k = 0; k < mass_kg_.size(); ++k) {
       const int node = static_cast<int>(k);
       sink.add(node, node, (per_kg_ * mass_kg_[k]) * Eigen::Matrix3d::Identity());
+    }
+  }
+
+  void restrict_to(const std::vector<char>& moving) override {
+    moving_.clear();
+    for (std::size_t k = 0; k < mass_kg_.size(); ++k) {
+      if (moving[k]) moving_.push_back(static_cast<int>(k));
     }
   }
 
@@ -73,6 +81,7 @@ class Inertia final : public EnergyTerm, public MemoryTerm {
  private:
   double damping_per_s_;
   std::vector<double> mass_kg_;  // of the free nodes
+  std::vector<int> moving_;      // those of them that move
   // Of the step that lasts:
   double step_s_ = 0.0;
   double per_kg_ = 0.0;  // (1 + h gamma) / h^2; 0 between steps

@@ -39,9 +39,8 @@ class Viscosity final : public EnergyTerm, public MemoryTerm {
 
   double add_gradient(const std::vector<Vec3>& x, Eigen::VectorXd& gradient) const override {
     if (follow_ == 0.0) return 0.0;
-    reset_nodes(x, nodes_);
-    const double energy = branches_.energy_and_gradient(nodes_.data());
-    add_gradients(nodes_, gradient);
+    const double energy = branches_.energy_and_gradient(nodes_.at(x));
+    nodes_.add_gradients(gradient);
     return energy;
   }
 
@@ -68,13 +67,16 @@ class Viscosity final : public EnergyTerm, public MemoryTerm {
   void restrict_to(const std::vector<char>& moving) override {
     moving_.clear();
     std::vector<Spring> branches;
+    std::vector<char> touched(moving.size(), 0);
     for (std::size_t k = 0; k < lattice_.springs.size(); ++k) {
       Spring spring = lattice_.springs[k];
       if (!moving[spring.i] && !moving[spring.j]) continue;
       moving_.push_back(static_cast<int>(k));
       spring.law.stiffening = spring.law.slackening = 0.0;
       branches.push_back(spring);
+      touched[spring.i] = touched[spring.j] = 1;
     }
+    nodes_.choose(touched);
     branches_ = SpringSet<double>(branches, lattice_.rest_mm);
     if (follow_ != 0.0) set_branches();
   }
@@ -115,8 +117,7 @@ class Viscosity final : public EnergyTerm, public MemoryTerm {
  private:
   // Of the springs that move, by place in moving_.
   void find_lengths(const std::vector<Vec3>& x) {
-    reset_nodes(x, nodes_);
-    branches_.find_lengths(nodes_.data(), lengths_mm_);
+    branches_.find_lengths(nodes_.at(x), lengths_mm_);
   }
   double length_mm(std::size_t n) const { return lengths_mm_[branches_.lane_of(n)]; }
   void set_branches() {
@@ -132,10 +133,10 @@ class Viscosity final : public EnergyTerm, public MemoryTerm {
   const Lattice& lattice_;
   double ratio_;
   double relaxation_s_;
-  std::vector<int> moving_;                         // springs with an end that moves
-  SpringSet<double> branches_;                      // of these
-  mutable std::vector<LatticeNode<double>> nodes_;  // workspace
-  SimdVector<double> lengths_mm_;                   // likewise
+  std::vector<int> moving_;        // springs with an end that moves
+  SpringSet<double> branches_;     // of these
+  mutable TouchedNodes nodes_;     // by these
+  SimdVector<double> lengths_mm_;  // workspace
   // Of the step that lasts:
   double kept_ = 1.0;            // a
   double follow_ = 0.0;          // b; 0 between steps

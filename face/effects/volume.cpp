@@ -31,9 +31,8 @@ class Volume final : public EnergyTerm {
   }
 
   double add_gradient(const std::vector<Vec3>& x, Eigen::VectorXd& gradient) const override {
-    reset_nodes(x, nodes_);
-    const double energy = moving_.energy_and_gradient(nodes_.data());
-    add_gradients(nodes_, gradient);
+    const double energy = moving_.energy_and_gradient(nodes_.at(x));
+    nodes_.add_gradients(gradient);
     return energy;
   }
 
@@ -65,11 +64,15 @@ class Volume final : public EnergyTerm {
 
   void restrict_to(const std::vector<char>& moving) override {
     std::vector<Prism> prisms;
+    std::vector<char> touched(moving.size(), 0);
     for (Prism prism : lattice_.prisms) {
       prism.bulk_kpa *= factor_;
       const auto moves = [&](int node) { return moving[node] != 0; };
-      if (std::any_of(prism.node.begin(), prism.node.end(), moves)) prisms.push_back(prism);
+      if (std::none_of(prism.node.begin(), prism.node.end(), moves)) continue;
+      prisms.push_back(prism);
+      for (const int node : prism.node) touched[node] = 1;
     }
+    nodes_.choose(touched);
     moving_ = PrismSet(prisms, lattice_.rest_mm, {barrier_start_, barrier_ratio_});
   }
 
@@ -92,8 +95,8 @@ class Volume final : public EnergyTerm {
   double factor_;
   double barrier_start_;  // J0
   double barrier_ratio_;
-  PrismSet moving_;                                 // those with a node that moves
-  mutable std::vector<LatticeNode<double>> nodes_;  // workspace
+  PrismSet moving_;             // those with a node that moves
+  mutable TouchedNodes nodes_;  // by these
 };
 
 }  // namespace

@@ -42,16 +42,13 @@ EquilibriumSolver::EquilibriumSolver(const FaceEnergy& energy)
 
 void EquilibriumSolver::restrict_to(const std::vector<char>& moving_columns) {
   const Lattice& lattice = energy_.lattice();
-  frozen_.clear();
+  resting_nodes_.clear();
+  moves_.assign(lattice.rest_mm.size(), 0);
   for (int node = 0; node < lattice.num_free_nodes; ++node) {
-    if (!moving_columns[lattice.column_of[node]]) frozen_.push_back(node);
+    moves_[node] = moving_columns[lattice.column_of[node]];
+    if (!moves_[node]) resting_nodes_.push_back(node);
   }
-  moving_nodes_.assign(lattice.rest_mm.size(), 1);
-  for (const int node : frozen_) moving_nodes_[node] = 0;
-  for (const Column& column : lattice.columns) {
-    if (column.on_bone) moving_nodes_[column.bone()] = 0;
-  }
-  frozen_force_.assign(frozen_.size(), Vec3::Zero());
+  resting_force_.assign(resting_nodes_.size(), Vec3::Zero());
   std::vector<int> moving;
   for (const int c : order_) {
     if (moving_columns[c]) moving.push_back(c);
@@ -67,14 +64,17 @@ void EquilibriumSolver::forget() {
 }
 
 double EquilibriumSolver::evaluate(const std::vector<Vec3>& x, VectorXd& gradient) {
-  const double value = energy_.evaluate(x, gradient);
-  for (std::size_t k = 0; k < frozen_.size(); ++k) {
-    frozen_force_[k] = gradient.segment<3>(3 * frozen_[k]);
-    gradient.segment<3>(3 * frozen_[k]).setZero();
+  const double value = energy_.evaluate(x, all_gradients_);
+  const std::vector<int>& nodes = factor_.nodes();
+  gradient.resize(3 * static_cast<Eigen::Index>(nodes.size()));
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    gradient.segment<3>(3 * k) = all_gradients_.segment<3>(3 * nodes[k]);
   }
-  auto on_bone = gradient.tail(gradient.size() - energy_.num_unknowns());
+  for (std::size_t k = 0; k < resting_nodes_.size(); ++k) {
+    resting_force_[k] = all_gradients_.segment<3>(3 * resting_nodes_[k]);
+  }
+  const auto on_bone = all_gradients_.tail(all_gradients_.size() - energy_.num_unknowns());
   load_mn_ = std::max(largest_force(on_bone), energy_.largest_muscle_force(x));
-  on_bone.setZero();
   return value;
 }
 
@@ -100,7 +100,7 @@ double EquilibriumSolver::factor_at(const std::vector<Vec3>& x,
 void EquilibriumSolver::refactor(const std::vector<Vec3>& x,
                                  double first_shift,
                                  EquilibriumReport& report) {
-  hessian_.look_at(frozen_.empty() ? nullptr : &moving_nodes_);
+  hessian_.look_at(resting_nodes_.empty() ? nullptr : &moves_);
   shift_ = factor_at(x, factor_, first_shift);
   hessian_.look_at(nullptr);
   have_factor_ = has_numbers_ = true;
@@ -119,7 +119,7 @@ void EquilibriumSolver::find_direction() {
     share[k] = pair.inverse_curvature * pair.step.dot(direction_);
     direction_ -= share[k] * pair.change;
   }
-  factor_.solve_roughly(direction_.head(energy_.num_unknowns()));
+  factor_.solve_roughly_in_order(direction_);
   for (std::size_t k = 0; k < history_.size(); ++k) {
     const Pair& pair = history_[k];
     direction_ += (share[k] - pair.inverse_curvature * pair.change.dot(direction_)) * pair.step;
@@ -163,11 +163,17 @@ bool EquilibriumSolver::is_near(double near_mm, const EquilibriumReport& report)
   return longest / (1.0 - std::min(ratio, kSlowestRatio)) <= near_mm;
 }
 
-void EquilibriumSolver::move(const std::vector<Vec3>& from,
-                             std::vector<Vec3>& to,
-                             double share) const {
-  for (int k = 0; k < energy_.lattice().num_free_nodes; ++k) {
-    to[k] = from[k] + share * direction_.segment<3>(3 * k);
+void EquilibriumSolver::begin_at(const std::vector<Vec3>& x) {
+  const std::vector<int>& nodes = factor_.nodes();
+  start_mm_.resize(3 * static_cast<Eigen::Index>(nodes.size()));
+  for (std::size_t k = 0; k < nodes.size(); ++k) start_mm_.segment<3>(3 * k) = x[nodes[k]];
+}
+
+// That share of the direction away from where it began.
+void EquilibriumSolver::place(std::vector<Vec3>& x, double share) const {
+  const std::vector<int>& nodes = factor_.nodes();
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    x[nodes[k]] = start_mm_.segment<3>(3 * k) + share * direction_.segment<3>(3 * k);
   }
 }
 
@@ -176,11 +182,11 @@ bool EquilibriumSolver::search(std::vector<Vec3>& x, double& taken) {
   const double slope = gradient_.dot(direction_);
   const double longest = largest_force(direction_);  // the same norm, of a motion
   if (!(slope < 0.0) || !std::isfinite(longest)) return false;
-  start_ = x;
+  begin_at(x);
   const double norm = gradient_.norm();
   taken = std::min(1.0, kLongestMoveMm / longest);
   for (int trial = 0; trial < kTrialSteps; ++trial, taken *= 0.5) {
-    move(start_, x, taken);
+    place(x, taken);
     const double value = evaluate(x, trial_gradient_);
     const bool falls = value <= value_ + kArmijo * taken * slope;
     const bool at_rounding = std::abs(taken * slope) < 1e-11 * (1.0 + std::abs(value_)) &&
@@ -193,7 +199,7 @@ bool EquilibriumSolver::search(std::vector<Vec3>& x, double& taken) {
     gradient_.swap(trial_gradient_);
     return true;
   }
-  x = start_;
+  place(x, 0.0);
   return false;
 }
 
@@ -204,7 +210,7 @@ void EquilibriumSolver::begin(std::vector<Vec3>& x, const std::vector<Vec3>* sta
   value_ = evaluate(x, gradient_);
   if (!start) return;
   const double load_mn = load_mn_;
-  std::vector<Vec3> frozen_force = frozen_force_;
+  std::vector<Vec3> resting_force = resting_force_;
   const double value = evaluate(*start, trial_gradient_);
   if (value < value_) {
     x = *start;
@@ -212,7 +218,7 @@ void EquilibriumSolver::begin(std::vector<Vec3>& x, const std::vector<Vec3>* sta
     gradient_.swap(trial_gradient_);
   } else {
     load_mn_ = load_mn;
-    frozen_force_.swap(frozen_force);
+    resting_force_.swap(resting_force);
   }
 }
 
@@ -243,7 +249,8 @@ EquilibriumReport EquilibriumSolver::solve(std::vector<Vec3>& x,
     const double before = gradient_.norm();
     find_direction();
     if (stop.near_mm > 0.0 && is_near(stop.near_mm, report)) {
-      move(x, x, 1.0);
+      begin_at(x);
+      place(x, 1.0);
       report.converged = true;
       break;
     }

@@ -61,8 +61,8 @@ class EquilibriumSolver {
 
   // Free nodes that do not move, and the gradient on each as far as it comes from what moves, at
   // the end of the last solve.
-  const std::vector<int>& resting_nodes() const { return frozen_; }
-  const std::vector<Vec3>& resting_force() const { return frozen_force_; }
+  const std::vector<int>& resting_nodes() const { return resting_nodes_; }
+  const std::vector<Vec3>& resting_force() const { return resting_force_; }
 
   // Forgets what was learnt from an energy that has changed its character (not its controls).
   void forget();
@@ -97,7 +97,8 @@ class EquilibriumSolver {
   void begin(std::vector<Vec3>& x, const std::vector<Vec3>* start);
   void refactor(const std::vector<Vec3>& x, double first_shift, EquilibriumReport& report);
   void find_direction();
-  void move(const std::vector<Vec3>& from, std::vector<Vec3>& to, double share) const;
+  void begin_at(const std::vector<Vec3>& x);
+  void place(std::vector<Vec3>& x, double share) const;
   bool search(std::vector<Vec3>& x, double& taken);
   void look_ahead(double step_mm);
   bool is_near(double near_mm, const EquilibriumReport& report) const;
@@ -106,9 +107,9 @@ class EquilibriumSolver {
   const FaceEnergy& energy_;
   TissueHessian hessian_;
   Factor factor_;
-  std::vector<int> frozen_;  // free nodes that do not move
-  std::vector<char> moving_nodes_;
-  std::vector<Vec3> frozen_force_;
+  std::vector<int> resting_nodes_;  // free ones
+  std::vector<char> moves_;         // per node
+  std::vector<Vec3> resting_force_;
   std::vector<int> order_;  // of all columns: dear to find
   bool has_numbers_ = false;
   bool have_factor_ = false;
@@ -116,17 +117,19 @@ class EquilibriumSolver {
   double solves_on_factor_ = 0.0;
   double steps_on_factor_ = 0.0;  // of those solves; the factor itself counts as kFactorSteps
   std::deque<Pair> history_;      // newest last
-  // The point the loop stands on, and workspace.
+  // The point the loop stands on, and workspace: vectors of the nodes that move and no others, in
+  // the order of the factor.
   double value_ = 0.0;
   double load_mn_ = 0.0;
   Eigen::VectorXd gradient_;
   Eigen::VectorXd trial_gradient_;
   Eigen::VectorXd direction_;
-  std::vector<Vec3> start_;
-  double step_mm_ = 0.0;      // of the node that the last step moved most
-  double last_ratio_ = 0.0;   // of that step to the one before
-  double slope_left_ = 0.0;   // along it, of the slope before it
-  double way_left_mm_ = 0.0;  // as far as can be told
+  Eigen::VectorXd start_mm_;
+  Eigen::VectorXd all_gradients_;  // of all nodes, as the energy gives them
+  double step_mm_ = 0.0;           // of the node that the last step moved most
+  double last_ratio_ = 0.0;        // of that step to the one before
+  double slope_left_ = 0.0;        // along it, of the slope before it
+  double way_left_mm_ = 0.0;       // as far as can be told
 };
 
 }  // namespace zygoma

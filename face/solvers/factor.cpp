@@ -192,11 +192,20 @@ bool Factor::compute(const ColumnMatrix& h, double shift) {
 
 template <class T>
 void Factor::solve_one(const AlignedVector<T>& panels, Eigen::Ref<VectorXd> x) const {
-  constexpr bool rough = std::is_same_v<T, float>;
   AlignedVector<T> y(3 * node_.size());
   for (std::size_t k = 0; k < node_.size(); ++k) {
     for (int a = 0; a < 3; ++a) y[3 * k + a] = static_cast<T>(x[3 * node_[k] + a]);
   }
+  solve_in_order(panels, y);
+  x.setZero();
+  for (std::size_t k = 0; k < node_.size(); ++k) {
+    for (int a = 0; a < 3; ++a) x[3 * node_[k] + a] = static_cast<double>(y[3 * k + a]);
+  }
+}
+
+template <class T>
+void Factor::solve_in_order(const AlignedVector<T>& panels, AlignedVector<T>& y) const {
+  constexpr bool rough = std::is_same_v<T, float>;
   AlignedVector<T> v(round_up(largest_height_, kStripRows));
   const auto forward = [&] {
     if constexpr (rough)
@@ -228,10 +237,6 @@ void Factor::solve_one(const AlignedVector<T>& panels, Eigen::Ref<VectorXd> x) c
     }
     backward(panels.data() + front->panels_begin, front->own, front->height, v.data());
     std::copy_n(v.data(), front->own, own);
-  }
-  x.setZero();
-  for (std::size_t k = 0; k < node_.size(); ++k) {
-    for (int a = 0; a < 3; ++a) x[3 * node_[k] + a] = static_cast<double>(y[3 * k + a]);
   }
 }
 
@@ -298,6 +303,13 @@ void Factor::solve(Eigen::Ref<MatrixXd> x) const {
 void Factor::solve_roughly(Eigen::Ref<VectorXd> x) const {
   assert(x.size() == num_unknowns_);
   solve_one(rough_panels_, x);
+}
+
+void Factor::solve_roughly_in_order(Eigen::Ref<VectorXd> y) const {
+  assert(y.size() == 3 * static_cast<Eigen::Index>(node_.size()));
+  AlignedVector<float> rough(y.begin(), y.end());
+  solve_in_order(rough_panels_, rough);
+  std::copy(rough.begin(), rough.end(), y.begin());
 }
 
 }  // namespace zygoma

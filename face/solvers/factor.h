@@ -54,9 +54,12 @@ class Factor {
   // error 1e-6 for forces spread over the face, 1e-5 for those that change from node to node; meant
   // for preconditioning.
   void solve_roughly(Eigen::Ref<Eigen::VectorXd> x) const;
+  // And the same of a vector that holds what takes part and nothing else, as nodes() has it.
+  void solve_roughly_in_order(Eigen::Ref<Eigen::VectorXd> y) const;
 
-  // Those that take part, in the order of elimination.
+  // Columns and nodes that take part, in the order of elimination.
   const std::vector<int>& columns() const { return columns_; }
+  const std::vector<int>& nodes() const { return node_; }
 
   // Numbers in the factor: what one solve has to read.
   std::size_t size() const { return panels_.size(); }
@@ -92,6 +95,8 @@ class Factor {
   double* assemble(const ColumnMatrix& h, double shift, const Front& front);
   template <class T>
   void solve_one(const AlignedVector<T>& panels, Eigen::Ref<Eigen::VectorXd> x) const;
+  template <class T>
+  void solve_in_order(const AlignedVector<T>& panels, AlignedVector<T>& y) const;
   void solve_some(Eigen::Ref<Eigen::MatrixXd> x) const;
 
   const DenseKernels* kernels_;

@@ -43,15 +43,35 @@ void reset_nodes(const std::vector<Vec3>& x, std::vector<LatticeNode<Real>>& nod
   }
 }
 
-// Adds the gradients of nodes to a vector of them, 3 node + axis.
-inline void add_gradients(const std::vector<LatticeNode<double>>& nodes,
-                          Eigen::VectorXd& gradient) {
-  for (std::size_t k = 0; k < nodes.size(); ++k) {
-    gradient[3 * k] += nodes[k].dx;
-    gradient[3 * k + 1] += nodes[k].dy;
-    gradient[3 * k + 2] += nodes[k].dz;
+// The nodes that a set touches, where it touches some of all: the others are not copied.
+class TouchedNodes {
+ public:
+  // One mark per node.
+  void choose(const std::vector<char>& touched) {
+    touched_.clear();
+    for (std::size_t k = 0; k < touched.size(); ++k) {
+      if (touched[k]) touched_.push_back(static_cast<int>(k));
+    }
+    nodes_.assign(touched.size(), {});
   }
-}
+  // At positions x with gradient 0.
+  LatticeNode<double>* at(const std::vector<Vec3>& x) {
+    for (const int k : touched_) nodes_[k] = {x[k].x(), x[k].y(), x[k].z()};
+    return nodes_.data();
+  }
+  // To a vector of all nodes, 3 node + axis.
+  void add_gradients(Eigen::VectorXd& gradient) const {
+    for (const int k : touched_) {
+      gradient[3 * k] += nodes_[k].dx;
+      gradient[3 * k + 1] += nodes_[k].dy;
+      gradient[3 * k + 2] += nodes_[k].dz;
+    }
+  }
+
+ private:
+  std::vector<int> touched_;
+  std::vector<LatticeNode<double>> nodes_;
+};
 
 // Memory that a register of any width can be loaded from.
 template <typename T>
