@@ -38,6 +38,13 @@ bool EffectChooser::all_act() const {
   return std::all_of(parts.begin(), parts.end(), [](const auto& part) { return part.acts; });
 }
 
+int EffectChooser::num_contacts() const {
+  const std::vector<Effects::Part>& parts = energy_.effects().parts();
+  return static_cast<int>(std::count_if(parts.begin(), parts.end(), [](const auto& part) {
+    return part.acts && !part.effect->called_for_when.empty() && !part.effect->could_change_mm;
+  }));
+}
+
 void EffectChooser::expect(const ExpectedMotion& motion) {
   for (std::size_t k = 0; k < uses_.size(); ++k) {
     const Effects::Part& part = energy_.effects().parts()[k];

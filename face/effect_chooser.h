@@ -38,6 +38,8 @@ class EffectChooser {
 
   void let_all_act();
   bool all_act() const;
+  // Of the effects that are told by their forces, those that act.
+  int num_contacts() const;
 
   // Before a frame: what the motion calls for comes.
   void expect(const ExpectedMotion& motion);

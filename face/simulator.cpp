@@ -1,6 +1,7 @@
 #include "face/simulator.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <limits>
@@ -44,7 +45,10 @@ TissueModel without_inertia(const TissueModel& tissue) {
 constexpr double kCreepS = 0.5;        // a face that creeps goes on at that speed for about so long
 constexpr double kSteadyShare = 0.01;  // of the tolerance: controls that move the face less stand
 constexpr double kUnseenShare = 0.5;   // of the tolerance: a frame that moves no more is left out
-constexpr double kNearShare = 0.05;    // of the tolerance: a frame this near to its end is done
+// Of the tolerance: a frame this near to its end is done. By the number of contacts that act:
+// tissue that slides on something snaps at times, and more so between two things. A frame that ends
+// too early is then a snap too late.
+constexpr std::array<double, 3> kNearShares{0.5, 0.2, 0.05};
 
 // Contractions, and the jaw last.
 std::vector<double> all_of(const Controls& controls) {
@@ -75,6 +79,11 @@ struct Choice {
     }
     add(to.contraction.size(), to.jaw_rad - from.jaw_rad);
     return *std::max_element(moved.begin(), moved.end());
+  }
+
+  double near_mm() const {
+    const std::size_t contacts = chooser.num_contacts();
+    return kNearShares[std::min(contacts, kNearShares.size() - 1)] * tolerance_mm;
   }
 
   bool leaves_out() const { return !chooser.all_act() || resting.moving_share() < 1.0; }
@@ -396,7 +405,7 @@ struct Simulator::Impl {
     const std::vector<Vec3> before = state.positions_mm;
     if (last_step_s == 0.0) enter_step(step_s);
     // With everything there, the frame is that of everything to the bit.
-    near_mm = choice->leaves_out() ? kNearShare * choice->tolerance_mm : 0.0;
+    near_mm = choice->leaves_out() ? choice->near_mm() : 0.0;
     if (looks_back) {
       energy.begin_step(state, step_s);
       carry(from, controls, state.positions_mm);
