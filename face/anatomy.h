@@ -103,6 +103,8 @@ struct Anatomy {
   std::vector<double> mandible_weight;  // per surface vertex: share of the jaw's motion of the bone
                                         // below it, [0, 1]
   std::vector<Region> region;           // per surface vertex
+  std::vector<char> cut_off;            // per surface vertex: the surface ends here, but the tissue
+                                        // it stands for goes on; empty = nowhere
   std::vector<Muscle> muscles;
   Jaw jaw;
   Skin skin;

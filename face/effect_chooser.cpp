@@ -10,7 +10,8 @@ namespace {
 constexpr double kComeShare = 0.3;
 constexpr double kGoShare = 0.15;
 constexpr double kAgainShare = 0.6;  // a frame that missed this much is done again
-constexpr double kCalmS = 0.2;       // how long an effect has to be that small before it goes
+constexpr double kCalmS = 0.4;       // how long an effect has to be that small before it goes: lips
+                                     // that part in speech meet again with the next syllable
 constexpr int kQuestionEvery = 4;    // frames: what acts need not be asked in each
 
 }  // namespace

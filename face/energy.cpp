@@ -14,6 +14,7 @@ void MuscleOptions::check() const {
   require_range("muscles: slip_hold_ratio", slip_hold_ratio, 0.0, 1e3);
   require_range("muscles: slip_elsewhere", slip_elsewhere, 0.0, 1.0);
   require_range("muscles: slip_reach_mm", slip_reach_mm, 0.1, 100.0);
+  require_range("muscles: rim_hold_ratio", rim_hold_ratio, 0.0, 1e3);
 }
 
 FaceEnergy::FaceEnergy(const Anatomy& anatomy, const TissueModel& model)
@@ -37,16 +38,20 @@ FaceEnergy::FaceEnergy(const Anatomy& anatomy,
 }
 
 void FaceEnergy::find_holds() {
+  std::vector<double> rim(anatomy_.cut_off.begin(), anatomy_.cut_off.end());
+  rim.resize(lattice_.num_vertices, 0.0);
   for (std::size_t c = 0; c < lattice_.columns.size(); ++c) {
     holds_begin_.push_back(static_cast<int>(holds_.size()));
     const Column& column = lattice_.columns[c];
-    const double share =
+    if (!column.on_bone) continue;
+    const double by_muscles =
         muscles_.hold[c] + options_.slip_hold_ratio * lattice_.below(flap_, column);
-    if (!column.on_bone || share <= 0.0) continue;
-    const double stiffness = options_.hold_kpa_per_mm * column.area_mm2 * share;
+    const double by_rim = options_.rim_hold_ratio * lattice_.below(rim, column);
     for (auto node = column.nodes.rbegin() + 1; node != column.nodes.rend(); ++node) {
-      holds_.push_back({*node, stiffness, Vec3::Zero()});
-      if (!column.is_thin()) break;
+      const bool by_both = *node == column.fascia() || column.is_thin();
+      const double share = by_both ? by_muscles + by_rim : by_rim;
+      if (share <= 0.0) continue;
+      holds_.push_back({*node, options_.hold_kpa_per_mm * column.area_mm2 * share, Vec3::Zero()});
     }
   }
   holds_begin_.push_back(static_cast<int>(holds_.size()));

@@ -9,7 +9,9 @@
 // carried by the mandible. t_j is carried along with the bone below. Around mouth and eyes there is
 // no bone below but mucosa that slides over teeth and eyeball: there the lowest nodes follow the
 // pull of the muscles as far as `slip` says, and the fascia is held firmly to its target, so that a
-// flap moves as a whole however thin it is.
+// flap moves as a whole however thin it is. Where the surface is cut off, at the neck and behind
+// the forehead, real tissue goes on: there all nodes are held, else this edge, which nobody
+// looks at, would be the softest place of all and take the solver most of its steps.
 //
 // Unknowns are the free nodes; vectors run 3 node + axis, free nodes first.
 #pragma once
@@ -31,6 +33,7 @@ struct MuscleOptions {
   double slip_hold_ratio = 10.0;  // how much firmer muscles hold where the floor slips
   double slip_elsewhere = 0.7;    // [0, 1]; 0 = glued to the bone, as in the paper
   double slip_reach_mm = 18.0;    // from lips and lids, where slip has faded to slip_elsewhere
+  double rim_hold_ratio = 1.0;    // how firmly tissue that was cut off holds the rest; 0 = not
   void check() const;             // throws InputError naming the value outside its range
 };
 
@@ -132,7 +135,7 @@ class FaceEnergy {
   std::vector<std::size_t> num_pieces_;  // of the Hessian, per effect that has ever been away
   SpringTerm springs_;
   MuscleField muscles_;
-  std::vector<Hold> holds_;              // of the fascia, and of all above it where tissue is thin
+  std::vector<Hold> holds_;              // of fascia, and of all above it at the rim or where thin
   std::vector<int> holds_begin_;         // per column, and one more: its range in holds_
   std::vector<Vec3> pull_mm_;            // per column: sum_i c_i s_i b_ij m_ij
   std::vector<double> flap_;             // per vertex, 1 on lips and lids, fading to 0

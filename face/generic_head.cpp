@@ -151,6 +151,15 @@ SurfaceMesh lifted(const HeadShape& shape, const DomainMesh& domain) {
   return mesh;
 }
 
+// All edges but those of mouth and eyes: the neck, and behind ears and forehead.
+std::vector<char> find_cut(const Anatomy& anatomy) {
+  std::vector<char> cut_off(anatomy.region.size(), 0);
+  for (const auto& [edge, uses] : edge_uses(anatomy.surface.triangles)) {
+    for (const int v : edge) cut_off[v] |= uses == 1 && anatomy.region[v] == Region::kFace;
+  }
+  return cut_off;
+}
+
 }  // namespace
 
 void Identity::check() const {
@@ -188,6 +197,7 @@ Anatomy make_generic_head(const Identity& identity, const HeadOptions& options) 
     anatomy.mandible_weight.push_back(mandible_weight(shape, point));
     anatomy.region.push_back(region_of(shape, point, front));
   }
+  anatomy.cut_off = find_cut(anatomy);
 
   FineSkin fine = refine(shape, domain, options.skin_levels);
   anatomy.curves = lay_curves(shape, fine.domain);

@@ -186,6 +186,7 @@ void read_muscles(Section section, MuscleOptions& muscles) {
   section.number("slip_hold_ratio", muscles.slip_hold_ratio);
   section.number("slip_elsewhere", muscles.slip_elsewhere);
   section.number("slip_reach_mm", muscles.slip_reach_mm);
+  section.number("rim_hold_ratio", muscles.rim_hold_ratio);
   section.done();
 }
 

@@ -7,11 +7,13 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
 #include <tuple>
 
 #include "face/lattice.h"
+#include "face/simulator.h"
 #include "src/base/check.h"
 #include "tests/support/shape_parameters.h"
 
@@ -344,6 +346,39 @@ TEST(GenericHead, RefusesValuesOutOfRangeByName) {
   EXPECT_NE(message(identity, {}).find("skin_tone"), std::string::npos);
   EXPECT_NE(message({}, {200, 1}).find("num_surface_vertices is 200"), std::string::npos);
   EXPECT_NE(message({}, {700, 5}).find("skin_levels is 5"), std::string::npos);
+}
+
+// Neck and scalp end where the head was cut off; mouth and eyes end by nature.
+TEST(GenericHead, TissueGoesOnBeyondTheCut) {
+  const auto head = std::make_shared<const Anatomy>(
+      make_generic_head({}, {.num_surface_vertices = 300, .skin_levels = 0, .albedo_size_px = 64}));
+  // Against the bone below.
+  const auto rim_slips_mm = [&](double rim_hold_ratio) {
+    TissueModel tissue;
+    tissue.lattice.layers = bi_layer();
+    tissue.muscles.rim_hold_ratio = rim_hold_ratio;
+    Simulator face(head, tissue);
+    FaceState state = face.rest();
+    const std::vector<double> relaxed(head->muscles.size(), 0.0);
+    EXPECT_TRUE(face.settle({relaxed, 0.5 * head->jaw.full_rad}, state).converged);
+    const Lattice& lattice = face.lattice();
+    const auto moved = [&](int node) -> Vec3 {
+      return state.positions_mm[node] - lattice.rest_mm[node];
+    };
+    double most = 0.0;
+    for (std::size_t v = 0; v < head->cut_off.size(); ++v) {
+      if (!head->cut_off[v]) continue;
+      const int bone = lattice.columns[lattice.column_of[v]].bone();
+      most = std::max(most, (moved(static_cast<int>(v)) - moved(bone)).norm());
+    }
+    return most;
+  };
+  const double held = rim_slips_mm(1.0);
+  EXPECT_LT(held, 0.4);
+  EXPECT_GT(rim_slips_mm(0.0), 3.0 * held);
+  for (std::size_t v = 0; v < head->cut_off.size(); ++v) {
+    EXPECT_FALSE(head->cut_off[v] && head->region[v] != Region::kFace);
+  }
 }
 
 }  // namespace

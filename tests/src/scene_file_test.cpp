@@ -40,7 +40,7 @@ TEST(SceneFileTest, EverythingItSaysArrives) {
                "region_stiffness": {"upper_lip": 2, "lower_lid": 0.5},
                "density_kg_per_mm3": 2e-6, "smallest_fill": 0.4},
     "muscles": {"hold_kpa_per_mm": 10, "slip_hold_ratio": 5, "slip_elsewhere": 0.25,
-                "slip_reach_mm": 12},
+                "slip_reach_mm": 12, "rim_hold_ratio": 2},
     "effects": {},
     "solver": {"kind": "explicit", "relative_residual": 1e-3, "max_iterations": 7,
                "still_mm": 0.05},
@@ -74,6 +74,7 @@ TEST(SceneFileTest, EverythingItSaysArrives) {
   EXPECT_EQ(scene.tissue.muscles.slip_hold_ratio, 5.0);
   EXPECT_EQ(scene.tissue.muscles.slip_elsewhere, 0.25);
   EXPECT_EQ(scene.tissue.muscles.slip_reach_mm, 12.0);
+  EXPECT_EQ(scene.tissue.muscles.rim_hold_ratio, 2.0);
   EXPECT_TRUE(scene.tissue.effects.empty());
   EXPECT_EQ(scene.settle.solver, Solver::kExplicit);
   EXPECT_EQ(scene.settle.relative_residual, 1e-3);
