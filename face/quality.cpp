@@ -12,11 +12,11 @@ void FaceQuality::apply(HeadOptions& head, TissueModel& tissue, SettleOptions& s
 
 const std::vector<FaceQuality>& face_qualities() {
   static const std::vector<FaceQuality> qualities{
-      {"draft", 300, true, 1e-2, 0.70},
-      {"standard", 500, true, 1e-2, 0.56},
-      {"between standard and fine", 1000, true, 1e-2, 0.41},
+      {"draft", 300, true, 1e-2, 0.74},
+      {"standard", 500, true, 1e-2, 0.60},
+      {"between standard and fine", 1000, true, 1e-2, 0.42},
       {"fine", 2000, true, 1e-4, 0.25},
-      {"between fine and reference", 2000, false, 1e-4, 0.22},
+      {"between fine and reference", 2000, false, 1e-4, 0.21},
       {"reference", 4000, false, 1e-6, 0.0}};
   return qualities;
 }

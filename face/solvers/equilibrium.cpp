@@ -163,6 +163,7 @@ bool EquilibriumSolver::is_near(double near_mm, const EquilibriumReport& report)
   return longest / (1.0 - std::min(ratio, kSlowestRatio)) <= near_mm;
 }
 
+// The point that place() goes out from.
 void EquilibriumSolver::begin_at(const std::vector<Vec3>& x) {
   const std::vector<int>& nodes = factor_.nodes();
   start_mm_.resize(3 * static_cast<Eigen::Index>(nodes.size()));
