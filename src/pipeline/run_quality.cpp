@@ -43,11 +43,11 @@ const std::vector<RunQuality>& run_qualities() {
   const char* const coarser = "between standard and fine";
   const char* const finer = "between fine and reference";
   static const std::vector<RunQuality> qualities{
-      level("draft", "draft", "draft", kLinear, {0.067, 500.0, 18.0}),
-      level("standard", "standard", "standard", kCorrected, {0.055, 700.0, 24.0}),
-      level(coarser, coarser, coarser, kCorrected, {0.057, 1000.0, 28.0}),
+      level("draft", "draft", "draft", kLinear, {0.067, 600.0, 20.0}),
+      level("standard", "standard", "standard", kCorrected, {0.055, 600.0, 26.0}),
+      level(coarser, coarser, coarser, kCorrected, {0.057, 1100.0, 32.0}),
       level("fine", "fine", "fine", kCorrected, {0.057, 2400.0, 41.0}),
-      level(finer, finer, "fine", kLattice, {0.057, 3200.0, 96.0}),
+      level(finer, finer, "fine", kLattice, {0.057, 3500.0, 92.0}),
       level("reference", "reference", finer, kEverything, {0.056, 7400.0, 272.0})};
   return qualities;
 }
