@@ -38,9 +38,12 @@ void Motion::check() const {
   for (std::size_t k = 0; k < keys.size(); ++k) {
     const std::string name = "keys[" + std::to_string(k) + "]";
     require_range(name + ".time_s", keys[k].time_s, 0.0, kLongest_s);
-    require(k == 0 || keys[k].time_s >= keys[k - 1].time_s + kSmallestGap_s,
-            name + ".time_s is " + shortest_text(keys[k].time_s) +
-                ", expected later than the key before (" + shortest_text(keys[k - 1].time_s) + ")");
+    if (k > 0) {
+      const double before_s = keys[k - 1].time_s;
+      require(keys[k].time_s >= before_s + kSmallestGap_s,
+              name + ".time_s is " + shortest_text(keys[k].time_s) +
+                  ", expected later than the key before (" + shortest_text(before_s) + ")");
+    }
     require_range(name + ".jaw", keys[k].jaw, 0.0, 1.0);
     for (const auto& [muscle, value] : keys[k].contraction) {
       require_range(name + ".contractions." + muscle, value, 0.0, 1.0);
