@@ -48,8 +48,8 @@ void FaceEnergy::find_holds() {
         muscles_.hold[c] + options_.slip_hold_ratio * lattice_.below(flap_, column);
     const double by_rim = options_.rim_hold_ratio * lattice_.below(rim, column);
     for (auto node = column.nodes.rbegin() + 1; node != column.nodes.rend(); ++node) {
-      const bool by_both = *node == column.fascia() || column.is_thin();
-      const double share = by_both ? by_muscles + by_rim : by_rim;
+      double share = by_rim;
+      if (*node == column.fascia() || column.is_thin()) share += by_muscles;
       if (share <= 0.0) continue;
       holds_.push_back({*node, options_.hold_kpa_per_mm * column.area_mm2 * share, Vec3::Zero()});
     }
